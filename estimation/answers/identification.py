@@ -34,7 +34,7 @@ from ..payload.long_motion import LongMotion, Source
 from ..payload.methods import PayloadProblem, from_robot, jackknifed
 from ..possible.constraints import SolverError
 from ..possible.payload import rise_p_value, solve_constrained
-from ..possible.robot import PossibleRobot, robot_prior, solve_constrained_base, solve_constrained_prior
+from ..possible.robot import PossibleRobot, solve_constrained_base
 from ..results import parts
 from ..results.payload import ObservationSystem, TorquePrediction
 from ..signals.filtering import measurement
@@ -171,6 +171,8 @@ class Identification(Speaks, Brief):
     @cached_property
     def possible(self) -> PossibleRobot | None:
         """The nearest robot that can exist, by a prior where the robot's file has one; None where none is found."""
+        from ..possible.whole_robot import robot_prior, solve_constrained_prior
+
         robot, prior = (self.robot, self.base, self.estimate), None
         with suppress(InputError):  # there is none, or links of CAD that cannot exist
             prior = robot_prior(self.robot)

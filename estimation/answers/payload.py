@@ -29,8 +29,7 @@ from ..payload import methods
 from ..payload.by_joints import repeats_of
 from ..payload.long_motion import LongMotion, in_payload_frame, payload_problem
 from ..payload.methods import ConstrainedPayload, PayloadEstimate, constrain_payload, moved
-from ..payload.short_motion import ShortMotion, difference_weighing, known_robot_weighing
-from ..payload.static import StaticMotion, static_weighing
+from ..payload.short_motion import ShortMotion, StaticMotion, difference_weighing, known_robot_weighing
 from ..possible.constraints import Constraint, KnownMass, SolverError
 from ..possible.payload import POSSIBLE, Weighing
 from ..results import payload as documents
@@ -305,6 +304,8 @@ def weigh_at_rest(
     >>> f"{weigh_at_rest(robot, loaded_at_rest, unloaded_at_rest).mass.value:.0f} kg"
     '6 kg'
     """
+    from ..payload.static import static_weighing
+
     check_given(robot, loaded, unloaded)
     problem = static_weighing(robot, loaded, unloaded, settings)
     return answer_payload(problem, constraints=constraints).result

@@ -14,7 +14,6 @@ from ...common import Array
 from ...model.inertia import PayloadSpread
 from ..fit.covariance import NORMAL95
 from ..fit.estimate import Fit
-from ..payload.static import oscillation
 from ..possible.constraints import PossibleBody
 from ..possible.payload import CONFLICT
 from .evidence import KNOWN_WELL, UNFREED, Evidence, Finding, Judged, error, note, warning
@@ -327,6 +326,8 @@ def rests(evidence: Evidence) -> Iterator[Finding]:
     """
     if (problem := evidence.at_rest) is None:
         return
+    from ..payload.static import oscillation
+
     bare, held = len(problem.source.unloaded), np.zeros(problem.robot.n, dtype=bool)
     for own in problem.rests:
         held |= (own.moving > CARRIES * own.moving.max()) & (own.torque.std(axis=0) < HOLDS * own.moving)

@@ -14,7 +14,7 @@ from ..fit.estimate import Estimate, Fit
 from ..payload.by_joints import ByJoints, Repeats
 from ..payload.long_motion import Source
 from ..payload.methods import ConstrainedPayload, PayloadEstimate
-from ..payload.static import StaticMotion
+from ..payload.short_motion import StaticMotion
 from ..signals.filtering import AlignedPair
 from .engine import Effect
 

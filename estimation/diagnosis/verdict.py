@@ -16,8 +16,7 @@ from ..fit.estimate import Gains, error_model
 from ..payload.by_joints import payload_by_joints
 from ..payload.long_motion import prior_of
 from ..payload.methods import PayloadEstimate, PayloadProblem, moved
-from ..payload.short_motion import ShortMotion
-from ..payload.static import StaticMotion
+from ..payload.short_motion import ShortMotion, StaticMotion
 from . import checks
 from .causes import SUSPICIOUS, alternatives, likely_causes, other_readings
 from .engine import BLOCKS, States, System, states_of

@@ -7,7 +7,7 @@ recordings of one payload show how they scatter and how they drift.
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from msgspec import UNSET, UnsetType
@@ -21,7 +21,9 @@ from ..fit.linear_problem import LinearProblem
 from ..possible.payload import rise_p_value
 from .methods import PayloadProblem, from_difference, from_robot, payload_estimate
 from .short_motion import ShortMotion
-from .static import Order
+
+if TYPE_CHECKING:  # loaded where recordings repeat
+    from .static import Order
 
 _BLURRED = 0.05  # of noise in the torque that the other joints' payload predicts: above, a ratio says nothing
 _HIDDEN = 1e-6  # fraction of the mass in undetermined directions above which it is not visible
@@ -45,15 +47,6 @@ class JointsMass(Document, frozen=True):
     interval95: tuple[Float, Float] | None
     share: float | UnsetType | None = UNSET
     share_sigma: Float | UnsetType = UNSET
-
-    @classmethod
-    def made(
-        cls, joints: Sequence[int], mass: float | None = None, sigma: float = np.nan, dof: float = np.inf, *own: Any
-    ) -> Self:
-        """Take a mass, if there is one, its interval by Student's t of ``dof`` degrees of freedom, and a ratio."""
-        half = student95(dof) * sigma
-        interval95 = None if mass is None else (mass - half, mass + half)
-        return cls(tuple(joints), mass is not None, mass, sigma, interval95, *own)
 
     @property
     def name(self) -> str:
@@ -104,23 +97,19 @@ def payload_by_joints(problem: PayloadProblem, weights: Array) -> ByJoints:
     without = [tuple(other for other in joints if other != joint) for joint in joints if len(joints) > 1]
     groups = [*listed, *without]
     values, variance, lasting = _numbers(whole, weights, groups, joints).T
-
-    def again(part: LinearProblem) -> Array:
-        """Estimate by what is left; a number that it leaves undetermined counts as unchanged."""
-        anew = _numbers(part, weights, groups, joints)[:, 0]
-        return np.nan_to_num(np.where(np.isnan(anew), values, anew))
-
     dof = float("inf")
     try:
         # Without each block with payload; then without each of those that the robot's parameters come from.
         parts = [whole.without_each()]
         for k, known in enumerate(whole.fixed):
             if known.left_out is not None:
-                left = (
-                    (*whole.fixed[:k], known._replace(values=x), *whole.fixed[k + 1 :]) for x in known.left_out()
-                )
-                parts.append([replace(whole, fixed=fixed) for fixed in left])
-        robust = jackknife([map(again, part) for part in parts], np.nan_to_num(values), 0.0)
+                before, after = whole.fixed[:k], whole.fixed[k + 1 :]
+                each = [(*before, known._replace(values=x), *after) for x in known.left_out()]
+                parts.append([replace(whole, fixed=fixed) for fixed in each])
+        # A number that the rest leaves undetermined counts as unchanged.
+        anew = [np.array([_numbers(one, weights, groups, joints)[:, 0] for one in part]) for part in parts]
+        left = [np.nan_to_num(np.where(np.isnan(numbers), values, numbers)) for numbers in anew]
+        robust = jackknife(left, np.nan_to_num(values), 0.0)
         variance = np.maximum(variance, np.diag(robust.covariance) + lasting)
         dof = max(float(robust.degrees_of_freedom), 1.0)
     except InputError:  # too few blocks
@@ -130,8 +119,13 @@ def payload_by_joints(problem: PayloadProblem, weights: Array) -> ByJoints:
     sigmas = np.sqrt(variance).tolist()
     # The first groups are the single joints, to which the ratios belong.
     ratios: list[tuple[Any, ...]] = [*zip(numbers[len(groups) :], sigmas[len(groups) :], strict=True)]
-    every = zip(groups, numbers, sigmas, [*ratios, *[()] * len(groups)], strict=False)
-    masses = tuple(JointsMass.made(group, mass, sigma, dof, *share) for group, mass, sigma, share in every)
+    every = zip(groups, numbers, sigmas, (student95(dof) * np.sqrt(variance)).tolist(), strict=False)
+    masses = tuple(
+        JointsMass(
+            group, mass is not None, mass, sigma, None if mass is None else (mass - half, mass + half), *share
+        )
+        for (group, mass, sigma, half), share in zip(every, [*ratios, *[()] * len(groups)], strict=False)
+    )
     return ByJoints(masses[: len(listed)], masses[len(listed) :], dof)
 
 
@@ -192,7 +186,7 @@ class Repeats(Document, frozen=True):
 
     @classmethod
     def made(
-        cls, sources: Sequence[str], masses: Sequence[float], sigmas: Sequence[float], order: Order | None = None
+        cls, sources: Sequence[str], masses: Sequence[float], sigmas: Sequence[float], order: "Order | None" = None
     ) -> Self:
         """Compute from the mass of each recording and its standard deviation; a drift changes sign with gaps."""
         k = np.flatnonzero(np.isfinite(masses))
@@ -218,6 +212,8 @@ def repeats_of(problem: PayloadProblem) -> Repeats | None:
     source, runs = problem.source, problem.runs
     if len(runs) < 2:
         return None
+    from .static import Order
+
     order, each, method = Order.of(source.loaded, source.unloaded), list[PayloadProblem](), 3
     if isinstance(problem, ShortMotion):
         method = problem.method

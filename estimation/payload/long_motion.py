@@ -4,8 +4,7 @@
 
 An arm that sags does not run the motion it ran without payload. The difference of the torques then holds
 Phi(q_L) chi - Phi(q_U) chi of the robot itself, about 100 N·m/rad at the second joint, and repeats with the motion:
-no block of time shows it. It is taken off by parameters fitted to the recording without payload, and a quarter of
-what it changes is part of the uncertainty: alignment takes part of a sag for a delay.
+no block of time shows it. It is taken off by parameters fitted to the recording without payload, but for a quarter.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -199,10 +198,9 @@ def stored_robot(robot: Estimate) -> Known:
 
 
 def prior_of(known: Estimate | None, inflation: tuple[float, ...], loaded: Equations) -> Known:
-    """Prior of a robot known earlier, by the covariance that its errors really have.
+    """Prior of a robot known earlier, by the covariance that its errors really have, of full rank.
 
-    The jackknife's has no more rank than blocks, and no inverse; its standard deviations scale the formula's. The
-    memory of errors, ``inflation``, is the middle one of the joints that have equations.
+    The memory of errors, ``inflation``, is the middle one of the joints that have equations.
     """
     assert known is not None
     factors = [factor for factor, rows in zip(inflation, loaded.rows, strict=True) if rows]
@@ -372,8 +370,8 @@ def long_motion(
 ) -> LongMotion:
     """Reduce measurements, in blocks of time where robust; those of a pair at the same points of the motion.
 
-    Where there are ``pairs``, the k-th unloaded measurement is that of the k-th pair; ``known``: without unloaded
-    ones the errors are those that the robot's parameters leave; ``observer``: of robot, payload and ``PATH``.
+    Where there are ``pairs``, the k-th unloaded measurement is that of the k-th pair; ``known``: the robot;
+    ``observer``: of robot, payload and ``PATH``.
     """
     base, processing, ten = base_parameters(robot), settings.processing_of(robot), payload_columns(robot)
     columns = (*base.columns, *ten, PATH)
@@ -462,18 +460,17 @@ def known_path(joints: int) -> Known:
 
 
 def friction_changes(robot: Estimate, inflation: Sequence[float], ratio: float) -> dict[str, SoftPrior]:
-    """Priors that keep frictions near the robot's own, by the memory of errors; what a joint lacks cannot change.
+    """Priors that keep frictions near the robot's own, by the memory of errors; without a ``ratio`` none changes.
 
     Coulomb and viscous friction change with the day and the oil's temperature: left as it was, what it changed by
-    goes into the payload; wholly free, it takes most of what a motion tells of the mass. What grows with load
-    changes by the payload's torque, and is known; free as well, it would take weight along. Without a ``ratio``
-    none changes.
+    goes into the payload; wholly free, it takes most of what a motion tells of the mass. What grows with load is
+    known; free as well, it would take weight along. What a joint lacks cannot change.
     """
-    kinds = {name: parameter_kind(name) for name in robot.names}
-    largest = max((abs(robot[name]) for name, kind in kinds.items() if kind == "FS"), default=0.0)
-    sigmas = {name: ratio * abs(robot[name]) for name, kind in kinds.items() if kind in ("FS", "FV", "FSM", "FVM")}
+    every = [(name, parameter_kind(name), abs(robot[name])) for name in robot.names]
+    largest = max((size for _, kind, size in every if kind == "FS"), default=0.0)
+    sigmas = {name: ratio * size for name, kind, size in every if kind in ("FS", "FV", "FSM", "FVM")}
     if ratio > 0.0:
-        sigmas |= {name: _OFFSETS * largest for name, kind in kinds.items() if kind == "OFF"}
+        sigmas |= {name: _OFFSETS * largest for name, kind, _ in every if kind == "OFF"}
     least = _NONE * largest
     return {name: SoftPrior(sigma, inflation[joint_of(name)]) for name, sigma in sigmas.items() if sigma > least}
 

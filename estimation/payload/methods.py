@@ -15,7 +15,6 @@ from ...common import Array, Brief, InputError, decomposed, one_thread
 from ...model import InertialParameters
 from ...model.drives import parameter_kind
 from ...model.friction import is_friction
-from ...model.inertia import PayloadSpread, payload_spread
 from ...model.regressors import payload_columns
 from ..equations.equations import PAYLOAD, Equations, check_blocks
 from ..equations.observer import PATH
@@ -26,8 +25,7 @@ from ..possible.constraints import Constraint
 from ..possible.intervals import NO_INTERVALS, Intervals, profile_intervals
 from ..possible.payload import CONFLICT, POSSIBLE, Active, Possible, solve_constrained, tested
 from .long_motion import LongMotion, frame_change, in_payload_frame, known_path, prior_of
-from .short_motion import ShortMotion
-from .static import StaticMotion
+from .short_motion import ShortMotion, StaticMotion
 
 PayloadProblem = LongMotion | ShortMotion
 
@@ -70,11 +68,6 @@ class PayloadEstimate(Brief):
         """Mass [kg]."""
         return self.body.mass
 
-    @cached_property
-    def spread(self) -> PayloadSpread:
-        """Standard deviations of mass, centre of mass and inertia there by the formula's covariance."""
-        return payload_spread(self.ten, self.estimate.covariance, self.indices)
-
 
 def moved(
     estimate: PayloadEstimate, change: Array | None = None, more: Array | None = None, factor: float | Array = 1.0
@@ -91,10 +84,7 @@ def moved(
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ConstrainedPayload(Brief):
-    """Payload nearest to one method's estimate among those that keep the constraints.
-
-    Distance, p-value and intervals go by the covariance of ``error_model``, that of ``result.free``.
-    """
+    """Payload nearest to one method's estimate, by ``error_model``, among those that keep the constraints."""
 
     free: PayloadEstimate  # the method's own estimate
     result: Possible
@@ -132,13 +122,10 @@ class ConstrainedPayload(Brief):
 def constrain_payload(
     free: PayloadEstimate, constraints: Sequence[Constraint] = POSSIBLE, gains: Gains | None = None
 ) -> ConstrainedPayload:
-    """Find the nearest payload that keeps the constraints, with intervals; all ten must be determined.
-
-    That the body can exist is always demanded; ``gains``: taken as exact by default.
+    """Find the nearest payload that can exist and keeps constraints, with intervals; ``gains``: exact by default.
 
     Raises:
-        InputError: if the covariance does not determine every parameter, or what the result owes to the drive gains
-            is not known.
+        InputError: if not all ten are determined, or what they owe to the drive gains is not known.
         SolverError: for anything but a clean solve, as when no body holds all constraints.
     """
     result = solve_constrained(error_model(free.estimate, gains), constraints)
@@ -178,7 +165,7 @@ class ChangeOfParameters:
     """
 
     def __init__(self, motion: LongMotion) -> None:
-        """Take the recordings with payload and those without; refuse a motion without these."""
+        """Take recordings with payload and without; refuse a motion that lacks these."""
         if motion.bare is None or motion.unloaded is None:
             raise InputError("method 2 needs a recording without payload")
         robot, columns = motion.robot, motion.base.columns
@@ -339,9 +326,8 @@ def payload_estimate(problem: PayloadProblem, method: int, covariance: Rule | No
 def recommended_method(problem: PayloadProblem, methods: Iterable[int]) -> tuple[int, str]:
     """Choose the method with the least expected error of those that gave a payload, and say why of several.
 
-    On one path method 3 cancels what the robot's model lacks, which methods 1, 2 and 4 carry. Where the paths
-    differ, method 3 must subtract the robot's own torque difference, which adds an error that method 4 does not
-    have. To choose by the shortest interval would be biased.
+    On one path method 3 cancels what the robot's model lacks, which methods 1, 2 and 4 carry; where the paths
+    differ, it must subtract the robot's own torque difference. To choose by the shortest interval would be biased.
     """
     there, compared = sorted(methods, key=PREFERRED.index), problem.source.compared
     apart = max((pair.rms_mismatch for pair in compared), default=float("inf"))

@@ -1,26 +1,27 @@
 """A payload moved by some joints near a pose: friction is free in each recording, not all ten need be visible.
 
-Nuisance torques are estimated beside the payload. Left wholly free, a constant torque takes the weight of a payload
-for itself where gravity hardly varies, as in ten seconds of a slow arm. It is what dry friction differs by from one
-direction to the other, so that its change from one recording to the next is a fraction of that friction, which the
-recording without payload shows. It enters as one more equation for each joint of the arm, and what it may change by
-widens the intervals; where the recordings say that it changed more, it is free.
+Left wholly free, a constant torque takes the weight of a payload for itself where gravity hardly varies, as in ten
+seconds of a slow arm. It is what dry friction differs by from one direction to the other, so that it changes from
+one recording to the next by a fraction of that friction, which the recording without payload shows. It enters as
+one more equation for each joint of the arm, and what it may change by widens the intervals; where the recordings
+say that it changed more, it is free.
 
-Ripple is periodic in a joint's position. What both recordings have alike goes with their difference; what changes
-with the load repeats with the motion: no block of time shows it, and it moves the mass. Waves that a joint's
-equations clearly hold are therefore estimated, one after the other, each with all that a slightly wrong wavelength
-would leave. Less than one wave over the joint's range is no different from weight and is not looked for.
+Ripple is periodic in a joint's position. What changes of it with the load repeats with the motion: no block of time
+shows it, and it moves the mass. Waves that a joint's equations clearly hold are therefore estimated, one after the
+other, each with all that a slightly wrong wavelength would leave. Less than one wave over the joint's range is no
+different from weight and is not looked for.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from msgspec import field
 from scipy.special import chdtrc, fdtrc
 
-from ...common import Array, Brief, Document, InputError, decomposed, without
+from ...common import Array, Brief, Document, Float, InputError, Vector, decomposed, without
 from ...common.progress import each
 from ...model import BaseParameters, Motion, Recording, Robot, base_parameters
 from ...model.base import PayloadVisibility, check_mass_visible, friction_columns, visibility_of
@@ -77,9 +78,9 @@ class HeldFriction(Brief):
     def friction_free(self, equations: Equations) -> Equations:
         """Take off all that constant torques, friction and ripple of one recording can explain, joint by joint.
 
-        This is exact where joints have ``FREE`` columns of their own: left are the equations of the least-squares
-        problem after those were solved for. Each prior is one more equation: the friction is its own ``known``
-        value, as sure as noise and memory allow. Blocks of time are not kept: their rests hang together.
+        This is exact where joints have ``FREE`` columns of their own. Each prior is one more equation: the friction
+        is its own ``known`` value, as sure as noise and memory allow. Blocks of time are not kept: their rests hang
+        together.
         """
         names, levels = equations.columns, self.known.names
         gone, rest = ([k for k, x in enumerate(names) if x.startswith(FREE) is free] for free in (True, False))
@@ -109,8 +110,8 @@ def friction_prior(observations: Sequence[Observation], sigmas: Mapping[str, flo
     """
     left = [one.eliminate() for one in observations]
     problem = merged(map(reduced, left)).select(PAYLOAD)
-    values = weighted_solution(problem)
-    noise, spare = problem.error_norms(values) / np.sqrt(np.maximum(problem.rows, 1)), np.array(problem.rows)
+    values, spare = weighted_solution(problem), np.array(problem.rows)
+    noise = problem.error_norms(values) / np.sqrt(np.maximum(spare, 1))
     for one in observations:
         free = [name.startswith(FREE) for name in one.columns]
         spare -= [int(W[:, free].any(axis=0).sum()) for W in one.W]
@@ -131,13 +132,11 @@ def offset_prior(observations: Sequence[Observation], coulomb: Array) -> HeldFri
     weighty, n = prior.noise * np.sqrt(prior.memory), len(prior.noise)
     weights = np.divide(1.0, weighty, out=np.zeros(n), where=weighty > 0.0)
     free = HeldFriction({}, np.zeros(n), np.ones(n))
-    factors = [reduced(one) for one in observations]
-    squares = []
-    for held in (prior, free):
+    factors, count, rise = [reduced(one) for one in observations], np.count_nonzero(prior.sigma), 0.0
+    for held, sign in ((prior, 1.0), (free, -1.0)):
         left = merged(map(held.friction_free, factors)).select(PAYLOAD).stacked(weights)
-        squares.append(float(np.sum(without(left[:, -1:], left[:, :-1]) ** 2)))
-    rise, count = max(squares[0] - squares[1], 0.0), np.count_nonzero(prior.sigma)
-    return free if count and chdtrc(count, rise) < _CONTRADICTED else prior
+        rise += sign * float(np.sum(without(left[:, -1:], left[:, :-1]) ** 2))
+    return free if count and chdtrc(count, max(rise, 0.0)) < _CONTRADICTED else prior
 
 
 RIPPLE_CHANCE = 0.05  # probability of finding a wave in the noise of one joint in one recording
@@ -196,6 +195,11 @@ def _waves(seen_by: Used, j: int, W: Array, torque: Array, t: Array) -> list[tup
         given = np.hstack([*decimated([np.array(signals)], len(signals), decimate)])
         return np.asarray(given[:, keep[::decimate, j]].T)
 
+    def chance(gain: float, rest: float, spare: int) -> float:
+        """Probability that white noise lowers the sum of squares to ``rest`` by as much by any wave (F test)."""
+        one = float(fdtrc(2, spare, 0.5 * gain / rest * spare)) if spare > 0 and rest > 0.0 else 1.0
+        return one * len(waves)
+
     def falls(some: Array, Q: Array, left: Array) -> Array:
         """Fall of the sum of squares by each of some waves beside Q; 0 where it hardly stands out."""
         turning = np.outer(some, position)
@@ -213,7 +217,7 @@ def _waves(seen_by: Used, j: int, W: Array, torque: Array, t: Array) -> list[tup
     while len(found) < most:
         gains = np.concatenate([falls(some, Q, left) for some in groups])
         gain, wave = float(gains.max()), float(waves[np.argmax(gains)])
-        if _chance(gain, float(left @ left - gain), len(torque) - Q.shape[1] - 2) * len(waves) > RIPPLE_CHANCE:
+        if chance(gain, float(left @ left - gain), len(torque) - Q.shape[1] - 2) > RIPPLE_CHANCE:
             break
         # Sine and cosine of a wave, and their slopes by the wavelength, which is not known exactly.
         shapes = [np.sin(wave * position), np.cos(wave * position)]
@@ -221,12 +225,7 @@ def _waves(seen_by: Used, j: int, W: Array, torque: Array, t: Array) -> list[tup
         Q = decomposed(np.column_stack([Q, found[-1][2]])).range
         left = torque - Q @ (Q.T @ torque)
     rest, spare = inflation([(t, left)]) * float(left @ left), len(torque) - Q.shape[1]
-    return [wave for wave in found if _chance(wave[1], rest, spare) * len(waves) <= RIPPLE_CHANCE]
-
-
-def _chance(gain: float, rest: float, spare: int) -> float:
-    """Probability that white noise lowers the sum of squares to ``rest`` by as much (F test)."""
-    return float(fdtrc(2, spare, 0.5 * gain / rest * spare)) if spare > 0 and rest > 0.0 else 1.0
+    return [wave for wave in found if chance(wave[1], rest, spare) <= RIPPLE_CHANCE]
 
 
 SLOW = 0.03
@@ -296,9 +295,8 @@ class ShortMotion(Brief):
     def posed(self, wanted: Sequence[str] | None = None) -> LinearProblem:
         """Pose (29): Y_T - Y_wL = W_L chi_L, or (23): Y_T - W chi = W_L chi_L.
 
-        Wanted: by default those of chi_L that stand for all that is visible. Fixed: the values of friction's prior;
-        for (29) the difference of the paths, for (23) chi, whose errors weigh too much here for the formula's
-        covariance. Soft prior: chi, where friction has one.
+        Wanted: by default those of chi_L that stand for all that is visible. Fixed: friction's prior; for (29) the
+        difference of the paths, for (23) chi with its robust covariance. Soft prior: chi, where friction has one.
         """
         wanted = tuple(wanted or (PAYLOAD[k] for k in self.visibility.base.chosen))
 
@@ -354,6 +352,51 @@ class ShortMotion(Brief):
         return replace(payload, covariance=payload.covariance + shared, robust=robust)
 
 
+class Rests(NamedTuple):
+    """R rests of one recording of n joints, each after a motion."""
+
+    q: Array  # mean once settled [rad or m], R x n
+    torque: Array  # mean once settled [N·m or N], R x n
+    side: Array  # way a joint came, 1, -1 or 0, R x n
+    moving: Array  # deviation of the torques on the way, (n,)
+    held: tuple[Array, ...]  # torques at rest, m x n
+    rate: float  # of those [Hz]
+
+
+class Drift(Document, frozen=True):
+    """Drift of the torques that is linear in time, per hour where files share a clock, else per recording.
+
+    ``offset``, ``friction``: of each joint's constant torque and Coulomb level [N·m or N], both with ``sigma``;
+    ``mass``: what it would add to the mass [kg] from one recording to the next, were it not known; ``ratio``: its
+    part of the mass's variance.
+    """
+
+    per: str
+    offset: Vector
+    friction: Vector
+    sigma: Vector
+    mass: Float
+    ratio: float
+
+
+class Standing(Document, frozen=True):
+    """Number of poses, order of recordings, scatter of each joint's torque over approaches, and drift, if seen."""
+
+    poses: int
+    order: str
+    scatter: Vector
+    drift: Drift | None = None
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class StaticMotion(ShortMotion):
+    """Recordings that rest in poses: a short motion whose rows are rests, and whose blocks are poses."""
+
+    rests: tuple[Rests, ...] = ()  # of each recording, those without payload first
+    one_sided: tuple[int, ...] = ()  # numbers of poses that are reached from one side only
+    standing: Standing | None = None
+
+
 def known_robot_weighing(
     robot: Robot, loaded: Sequence[Recording], known: Estimate, settings: Settings = DEFAULTS
 ) -> ShortMotion:
@@ -384,9 +427,7 @@ def difference_weighing(
 ) -> ShortMotion:
     """Weigh by torque differences (29) on one and the same motion.
 
-    Args:
-        loaded: recordings of the motion with the payload.
-        unloaded: without it; one for all, or one for each of ``loaded`` in the same order.
+    ``unloaded``: recordings without payload; one for all, or one for each of ``loaded`` in the same order.
     """
     processing, progress = settings.processing_of(robot), settings.progress
     robot = without_dead(robot, [*loaded, *unloaded])
@@ -451,8 +492,8 @@ def used_near(
 ) -> tuple[tuple[int, ...], list[list[Used]], Array]:
     """Find the joints that move, or check those asked for, the rows that say something, and the torques' rms there.
 
-    One that changes its pose between motions is at rest. Those that do not go elsewhere are set exactly at rest:
-    what encoders flicker is no motion. ``groups``: measurements of one motion, that of each of ``loaded`` last.
+    Others that do not go elsewhere are set exactly at rest: what encoders flicker is no motion. ``groups``:
+    measurements of one motion, that of each of ``loaded`` last.
     """
     processing, asked = settings.processing_of(robot), settings.joints
     motions = [group[-1].motion for group in groups]

@@ -6,12 +6,12 @@ Coulomb level of each joint and side. A drift linear in time goes out pose by po
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
-from ...common import Array, Document, Float, InputError, Vector, decomposed, without
+from ...common import Array, InputError, decomposed, without
 from ...model import Motion, Processing, Recording, Robot, base_parameters
 from ...model.drives import parameter_kind
 from ...model.motion import Measurement
@@ -23,7 +23,7 @@ from ..fit.settings import DEFAULTS, Settings
 from ..signals.filtering import measurement
 from ..signals.recordings import check_recordings, without_dead
 from .long_motion import Recordings, Source, robot_of, torque_change
-from .short_motion import ShortMotion, observer_of, offset_prior
+from .short_motion import Drift, Rests, Standing, StaticMotion, observer_of, offset_prior
 
 _FEWEST = 4  # poses: fewer leave nothing to judge mass and first moments by
 _SAME = 0.02  # rad or m: rests that lie closer are of one pose; approaches begin twice as far away
@@ -64,17 +64,6 @@ class Order(NamedTuple):
         return Order(text + how, unit, t, gaps)
 
 
-class Rests(NamedTuple):
-    """R rests of one recording of n joints, each after a motion."""
-
-    q: Array  # mean once settled [rad or m], R x n
-    torque: Array  # mean once settled [N·m or N], R x n
-    side: Array  # way a joint came, 1, -1 or 0, R x n
-    moving: Array  # deviation of the torques on the way, (n,)
-    held: tuple[Array, ...]  # torques at rest, m x n
-    rate: float  # of those [Hz]
-
-
 def rests_of(recording: Recording, processing: Processing) -> Rests:
     """Find the rests of a recording: slower than ``still_speed`` for 0.6 s, and after a motion."""
     data = measurement(recording, processing)
@@ -110,40 +99,6 @@ def oscillation(rests: Sequence[Rests]) -> tuple[Array, Array]:
             waves = np.fft.rfft(without(held, line), max(round(one.rate / _BIN), len(held)), axis=0)
             squares.append(2.0 * np.abs(waves[1 : len(frequencies) + 1]) ** 2 / len(held) ** 2)
     return frequencies, np.asarray(np.sqrt(np.mean(squares, axis=0)))
-
-
-class Drift(Document, frozen=True):
-    """Drift of the torques that is linear in time, per hour where files share a clock, else per recording.
-
-    ``offset``, ``friction``: of each joint's constant torque and Coulomb level [N·m or N], both with ``sigma``;
-    ``mass``: what it would add to the mass [kg] from one recording to the next, were it not known; ``ratio``: its
-    part of the mass's variance.
-    """
-
-    per: str
-    offset: Vector
-    friction: Vector
-    sigma: Vector
-    mass: Float
-    ratio: float
-
-
-class Standing(Document, frozen=True):
-    """Number of poses, order of recordings, scatter of each joint's torque over approaches, and drift, if seen."""
-
-    poses: int
-    order: str
-    scatter: Vector
-    drift: Drift | None = None
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class StaticMotion(ShortMotion):
-    """Recordings that rest in poses: a short motion whose rows are rests, and whose blocks are poses."""
-
-    rests: tuple[Rests, ...] = ()  # of each recording, those without payload first
-    one_sided: tuple[int, ...] = ()  # numbers of poses that are reached from one side only
-    standing: Standing | None = None
 
 
 def static_weighing(

@@ -255,20 +255,14 @@ def upper(matrices: Array) -> Array:
 TRIANGLE: Array = upper(PSEUDO_INERTIA).T
 """Map from the ten to the triangle of the pseudo-inertia: 10 x 10."""
 _DIAGONAL = [0, 2, 5, 9]  # of a triangle of 4 x 4
-Ways = Sequence[tuple[float, float]]
-"""Largest entry of R, to which a larger one is scaled down, and radius of a ball that z may not leave.
-
-The ball closes a program whose least value no finite z attains.
-"""
 
 
-def solve_cone(program: ConeProgram, ways: Ways = ((1e5, np.inf),)) -> tuple[Array, Array]:
-    """Solve a cone program in the first way that gives a clean solution.
+def solve_cone(program: ConeProgram, ways: Sequence[tuple[float, float]] = ((1e5, np.inf),)) -> tuple[Array, Array]:
+    """Solve a cone program in the first way that gives a clean solution; the usual one is for data of little noise.
 
-    ``ways``: the usual one cares for data almost without noise.
-
-    Returns:
-        z, (n,), and how fast ||R z - d|| falls with e in A z + b >= -e, then in J >= -e times identity, (r + p,).
+    It gives z, (n,), and how fast ||R z - d|| falls with e in A z + b >= -e, then in J >= -e times identity,
+    (r + p,). ``ways``: largest entry of R, to which a larger one is scaled down, and radius of a ball that z may
+    not leave: it closes a program whose least value no finite z attains.
     """
     (k, n), r, p, status = program.R.shape, len(program.A), len(program.bodies), ""
     rows = np.zeros((r + 1 + k + 10 * p + n + 1, n + 2))  # in (z, t, 1)

@@ -14,6 +14,7 @@ the direction changes from one question to the next, so a solver is set up once.
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import combinations_with_replacement, product
+from typing import Any
 
 import numpy as np
 
@@ -41,9 +42,8 @@ def profile_set(
 ) -> tuple[Callable[[Array], Array], Callable[[Array], float]]:
     """Pose the payloads that keep a scaled problem's constraints, squared distances up to q above the nearest's.
 
-    Returns:
-        Functions of c, (n,): the point z of the set with the largest c'z, and the largest c'z / z_k, z_k the mass,
-        positive in the whole set: it is linear in z / z_k and 1 / z_k.
+    It gives functions of c, (n,): the point z of the set with the largest c'z, and the largest c'z / z_k, z_k the
+    mass, positive in the whole set: it is linear in z / z_k and 1 / z_k.
     """
     R, _, A, b, _ = problem.program
     inverse = np.asarray(np.linalg.inv(R), dtype=float)
@@ -55,36 +55,33 @@ def profile_set(
     distance = np.vstack([np.append(-offset, 1.0), np.eye(n, n + 1), np.append(offset, 0.0)])
     K: list[Part] = [("Nonnegative", bounds), ("SecondOrder", distance), ("PSDTriangle", body)]
     # In (u / z_k, 1 / z_k).
-    scaled: list[Part] = [(kind, np.pad(rows, ((0, 0), (0, 1)))) for kind, rows in K]
-    mass = np.append(-(problem.select[:, 9] @ to_z), 1.0)[None]
-    least_point, least_ratios = _least_in(K), _least_in([("Zero", mass), *scaled])
+    ratios: list[Part] = [("Zero", np.append(-(problem.select[:, 9] @ to_z), 1.0)[None])]
+    ratios += [(kind, np.pad(rows, ((0, 0), (0, 1)))) for kind, rows in K]
+    of_point, of_ratios = (
+        cone_solver(np.zeros(n + k), own, 1e-7, reused=True) for k, own in enumerate((K, ratios))
+    )
 
     def farthest(c: Array) -> Array:
         direction = c @ inverse
         by_distance = problem.centre + radius * inverse @ direction / np.linalg.norm(direction)
         if problem.holds(by_distance):  # no constraint is in the way
             return np.asarray(by_distance)
-        return np.asarray(to_z @ np.append(least_point(-direction), 1.0))
+        return np.asarray(to_z @ np.append(_least(of_point, K, -direction), 1.0))
 
-    return farthest, lambda c: float(c @ to_z @ least_ratios(-(c @ to_z)))
+    return farthest, lambda c: float(c @ to_z @ _least(of_ratios, ratios, -(c @ to_z)))
 
 
-def _least_in(parts: list[Part]) -> Callable[[Array], Array]:
-    """Make the function that finds, of all x whose parts lie in their cones, the one of least cost."""
-    solver = cone_solver(np.zeros(parts[0][1].shape[1] - 1), parts, 1e-7, reused=True)
-
-    def least(cost: Array) -> Array:
-        unit = cost / np.linalg.norm(cost)  # a cost of norm 1 is what the solver's tolerances are made for
-        solver.update(q=unit)
-        solution = solver.solve()
-        if str(solution.status) != "Solved":
-            # About once in 100,000 directions the rows' own scale will not do: begin anew with the solver's.
-            solution = cone_solver(unit, parts).solve()
-        if str(solution.status) != "Solved":
-            raise SolverError(str(solution.status))
-        return np.asarray(solution.x)
-
-    return least
+def _least(solver: Any, parts: list[Part], cost: Array) -> Array:
+    """Find, of all x whose parts lie in their cones, the one of least cost, by a solver of these parts."""
+    unit = cost / np.linalg.norm(cost)  # a cost of norm 1 is what the solver's tolerances are made for
+    solver.update(q=unit)
+    solution = solver.solve()
+    if str(solution.status) != "Solved":
+        # About once in 100,000 directions the rows' own scale will not do: begin anew with the solver's.
+        solution = cone_solver(unit, parts).solve()
+    if str(solution.status) != "Solved":
+        raise SolverError(str(solution.status))
+    return np.asarray(solution.x)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -113,9 +110,8 @@ def profile_intervals(result: Possible) -> Intervals:
     """Intervals of the ten and of what follows from them.
 
     The ten and the centre of mass are exact, one cone program for each end. The inertia at the centre of mass is
-    found by repeated linearisation, which stays in the set and only ever gains. Principal moments, which repel each
-    other where they should be equal, go by the delta method with room for that: simulated for a disc, a cube and a
-    body of three unequal moments it covers 89 to 100 %, the profile 72 to 99 %.
+    found by repeated linearisation, which stays in the set and only ever gains. Principal moments go by the delta
+    method: simulated for a disc, a cube and three unequal moments it covers 89 to 100 %, the profile 72 to 99 %.
 
     ``result``: the nearest payload; intervals go by covariance and degrees of freedom of its free estimate.
 
@@ -130,8 +126,8 @@ def profile_intervals(result: Possible) -> Intervals:
     units, signs = np.eye(len(problem.scale)), (-1.0, 1.0)
     sets = [of_inertia if k < 6 else farthest for k in problem.select.argmax(axis=1)]
     ends = np.array([[u @ end(sign * u) for sign in signs] for u, end in zip(units, sets, strict=True)])
-    # Eliminated parameters are zero and certain.
-    ten = _holding(problem.select.T @ (ends * problem.scale[:, None]), result.values)
+    # Eliminated parameters are zero and certain; stretched by rounding, intervals hold the estimate itself.
+    ten = np.sort(np.column_stack([problem.ten.T @ ends, result.values]))[:, [0, 2]]
     ten[_NOT_NEGATIVE & (ten[:, 0] <= _NEXT_TO_NOTHING * ten[:, 1]), 0] = 0.0
     if ten[9, 0] == 0.0:
         unknown = np.tile([-np.inf, np.inf], (3, 3, 1))
@@ -143,14 +139,14 @@ def profile_intervals(result: Possible) -> Intervals:
     # Points of ever larger I_ij, of both signs: along its gradient to the farthest, or as far that way as it gains.
     points = [nearest]
     for (i, j), sign in product(combinations_with_replacement(range(3), 2), signs):
-        known = sign * _inertias(problem.full(np.array(points)))[:, i, j]  # a search starts from the best so far
+        known = sign * _inertias(np.array(points) @ problem.ten)[:, i, j]  # a search starts from the best so far
         first, best, z = float(known[0]), float(known.max()), points[int(known.argmax())]
         for _ in range(_ROUNDS):
-            gradient = problem.select @ symmetric(gradients(problem.full(z))[3:])[i, j] * problem.scale
+            gradient = problem.ten @ symmetric(gradients(z @ problem.ten)[3:])[i, j]
             if not gradient.any():  # all it depends on was eliminated
                 break
             tried = z + _STEPS[:, None] * (of_inertia(sign * gradient) - z)
-            values = sign * _inertias(problem.full(tried))[:, i, j]
+            values = sign * _inertias(tried @ problem.ten)[:, i, j]
             gain, k = float(values.max()) - best, int(values.argmax())
             if gain <= 0.0:
                 break
@@ -158,10 +154,11 @@ def profile_intervals(result: Possible) -> Intervals:
             points.append(z)
             if gain < _GAIN * (best - first):
                 break
-    every = _inertias(problem.full(np.array(points)))
+    every = _inertias(np.array(points) @ problem.ten)
     inertia = np.stack([every.min(axis=0), every.max(axis=0)], axis=-1)
     inertia[(inertia[..., 0] <= _NEXT_TO_NOTHING * inertia[..., 1]) & np.eye(3, dtype=bool), 0] = 0.0
-    return Intervals(ten, _holding(com, result.body.com), inertia, _moments(result, float(np.sqrt(WIDENING)) * t))
+    com = np.sort(np.column_stack([com, result.body.com]))[:, [0, 2]]
+    return Intervals(ten, com, inertia, _moments(result, float(np.sqrt(WIDENING)) * t))
 
 
 def thin_directions(result: Possible) -> int:
@@ -179,18 +176,13 @@ def thin_directions(result: Possible) -> int:
     return int(np.sum(values <= student95(result.free.degrees_of_freedom) * np.sqrt(variance)))
 
 
-def _holding(ends: Array, values: Array) -> Array:
-    """Stretch intervals by rounding to hold the estimate itself."""
-    return np.column_stack([np.minimum(ends[:, 0], values), np.maximum(ends[:, 1], values)])
-
-
 def _moments(result: Possible, half: float) -> Array:
     """Principal moments of the constrained body by the delta method, 3 x 2.
 
     Of moments that may be equal, being closer than their own intervals, V' dI V decides, V their directions: its
-    largest variance in any symmetric direction bounds theirs, however V is turned. Errors drive such moments apart,
-    so that the smallest comes out too small and the largest too large: their outer ends, from which errors lead
-    away, take the largest variance along V alone. Simulated: 3 to 11 % shorter, and they hold the truth as often.
+    largest variance in any symmetric direction bounds theirs, however V is turned. Errors drive such moments apart:
+    outer ends, from which they lead away, take the largest variance along V alone. Simulated: 3 to 11 % shorter,
+    and they hold the truth as often.
     """
     values, vectors = np.linalg.eigh(result.body.inertia_com)
     slopes = symmetric(gradients(result.values)[3:, [PAYLOAD.index(name) for name in result.free.names]])

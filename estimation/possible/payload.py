@@ -1,9 +1,8 @@
 """The payload nearest to a free estimate among those that can exist.
 
 Minimises (x - x_LS)' C^-1 (x - x_LS) over the x that hold the constraints. Whatever method gave x_LS with its full
-covariance C, the data enter only through this distance: minimising a joint problem over the robot's parameters
-first, which are not constrained, leaves exactly it (C is the block of the joint covariance, and its inverse the
-Schur complement of the joint normal matrix). So method 4 under constraints on the payload is this problem too.
+covariance C, the data enter only through this distance: of method 4's joint problem, minimised over the robot's
+parameters first, which are not constrained, it is exactly what is left (C^-1 is the Schur complement).
 """
 
 from collections.abc import Sequence
@@ -103,19 +102,13 @@ class Possible(Brief):
         """Smallest eigenvalue of each body's pseudo-inertia; none is negative."""
         return tuple(body.min_pseudo_inertia_eigenvalue for body in self.bodies)
 
-    @property
-    def min_pseudo_inertia_eigenvalue(self) -> float:
-        """Smallest among the bodies."""
-        return min(self.min_eigenvalues)
-
     @cached_property
     def p_value(self) -> float:
         """Probability of a rise this large if what is true keeps the constraints, at most.
 
         The nearest admissible point is no farther than the truth, whose squared distance is chi-squared with as
         many degrees of freedom k as there are parameters and soft terms (k times Fisher's F, as the covariance
-        holds an estimated variance). At the boundary of a cone the rise follows a mixture of laws of 0 to k
-        degrees, of which that of k is an upper bound: a small p-value says that a constraint or the model is wrong.
+        holds an estimated variance): a small p-value says that a constraint or the model is wrong.
         """
         k = len(self.free.names) + sum(isinstance(constraint, KnownMass) for constraint in self.constraints)
         return rise_p_value(self.chi2_rise, k, self.free.degrees_of_freedom)
@@ -147,6 +140,7 @@ class ScaledProblem(NamedTuple):
     constraints: tuple[Constraint, ...]  # among them ``PossibleBody``
     select: Array  # picks the parameters, n x 10
     scale: Array  # (n,)
+    ten: Array  # all ten in SI units are z @ ten, n x 10
     centre: Array  # minimum of chi2, (n,)
     floor: float
     program: ConeProgram  # R n x n; its rows have a largest entry of 1 and come constraint by constraint
@@ -154,8 +148,7 @@ class ScaledProblem(NamedTuple):
     @staticmethod
     def of(estimate: Estimate, constraints: Sequence[Constraint]) -> "ScaledProblem":
         """Scale an estimate and its constraints."""
-        unknown = [name for name in estimate.names if name not in PAYLOAD]
-        if unknown or "M_L" not in estimate.names:
+        if "M_L" not in estimate.names or not set(estimate.names) <= set(PAYLOAD):
             given = f"an estimate of {', '.join(estimate.names)} is not that of a payload"
             raise InputError(f"{given}: it needs M_L and others of {', '.join(PAYLOAD)}")
         if not any(isinstance(c, PossibleBody) for c in constraints):
@@ -167,8 +160,8 @@ class ScaledProblem(NamedTuple):
         length = np.sqrt(max(size[[0, 3, 5]].sum() / 2.0, size[6:9].max() ** 2 / mass) / mass)
         scale = select @ np.array([mass * length**2] * 6 + [mass * length] * 3 + [mass])
         centre, n = estimate.values / scale, len(scale)
-        R = whitening(estimate.covariance, estimate.names, NOISE_FLOOR * scale) * scale
-        d, floor = R @ centre, 0.0
+        R, floor = whitening(estimate.covariance, estimate.names, NOISE_FLOOR * scale) * scale, 0.0
+        d = R @ centre
         # One more QR merges soft terms: the distance from their common minimum is all that is left to the solver.
         soft = [np.append(select[:, 9] * scale, c.mass) / c.sigma for c in constraints if isinstance(c, KnownMass)]
         if soft:
@@ -179,27 +172,20 @@ class ScaledProblem(NamedTuple):
         A, b = np.vstack(rows) @ select.T * scale, np.concatenate(bounds)
         norms = np.maximum(np.abs(A).max(axis=1, initial=0.0), 1e-300)
         program = ConeProgram(R, d, A / norms[:, None], b / norms, select.T[None])
-        return ScaledProblem(tuple(constraints), select, scale, centre, floor, program)
-
-    def full(self, z: Array) -> Array:
-        """Ten parameters in SI units, (10,) or k x 10."""
-        return np.asarray((z * self.scale) @ self.select)
+        return ScaledProblem(tuple(constraints), select, scale, scale[:, None] * select, centre, floor, program)
 
     def holds(self, z: Array, rounding: float = 0.0) -> bool:
         """True if z keeps every constraint, but for that much of an eigenvalue."""
-        return (
-            bool((self.program.A @ z + self.program.b >= 0.0).all())
-            and least_eigenvalue(z @ self.select) >= -rounding
-        )
+        kept = bool((self.program.A @ z + self.program.b >= 0.0).all())
+        return kept and least_eigenvalue(z @ self.select) >= -rounding
 
 
 def holding(
     program: ConeProgram, z: Array, prices: Array, demands: Sequence[Active], floor: float, slope: float
 ) -> tuple[Active, ...]:
-    """Demands whose multiplier exceeds their slack and ``floor``, largest first.
+    """Demands whose multiplier exceeds their slack and ``floor``, largest first; equal ones count together.
 
-    ``prices``: multipliers of the rows, then of the bodies, where they have one; ``demands``: of rows and bodies,
-    those of one constraint count together; ``slope``: of chi2 by what the prices are multipliers of.
+    ``prices``, ``demands``: of the rows, then of the bodies; ``slope``: of chi2 by what prices are multipliers of.
     """
     slacks = [*(program.A @ z + program.b), *(least_eigenvalue(body @ z) for body in program.bodies)]
     found = dict[str, Active]()
@@ -253,8 +239,8 @@ def solve_constrained(estimate: Estimate, constraints: Sequence[Constraint] = PO
         SolverError: for anything but a clean solve, as when no body holds all constraints.
     """
     problem = ScaledProblem.of(estimate, constraints)
-    constraints, select, scale, program = problem.constraints, problem.select, problem.scale, problem.program
-    z, status, active, values = problem.centre, "free", tuple[Active, ...](), problem.full(problem.centre)
+    constraints, select, scale, ten, z, floor, program = problem
+    status, active, values = "free", tuple[Active, ...](), z @ ten
     try:
         if any(constraint.violation(values) > 0.0 for constraint in constraints):
             # What is violated by rounding is too little for a solver to work on.
@@ -267,10 +253,10 @@ def solve_constrained(estimate: Estimate, constraints: Sequence[Constraint] = PO
                 raise SolverError("constraints missed by more than rounding")
             demands = [Active(c.description, constraint=c) for c in constraints for _ in c.rows[1]]
             demands += [Active(c.description, constraint=c) for c in constraints if isinstance(c, PossibleBody)]
-            active, values = holding(program, z, prices, demands, _NO_MULTIPLIER, slope), problem.full(z)
+            active, values = holding(program, z, prices, demands, _NO_MULTIPLIER, slope), z @ ten
     except SolverError as error:
         raise SolverError(error.status, [constraint.description for constraint in constraints]) from None
-    chi2 = problem.floor + float(np.sum((program.R @ (z - problem.centre)) ** 2))
+    chi2 = floor + float(np.sum((program.R @ (z - problem.centre)) ** 2))
     return Possible(estimate, values, chi2, active, (InertialParameters(values),), status, constraints)
 
 
@@ -279,7 +265,7 @@ def tested(result: Possible) -> tuple[Active, ...]:
 
     That a body must exist is not left out; its rise is that which it causes alone.
     """
-    tested, free = [], result.free
+    tested, free = list[Active](), result.free
     for active in result.active:
         constraint = active.constraint
         assert constraint is not None

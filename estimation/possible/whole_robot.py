@@ -1,28 +1,250 @@
-"""Whole robot for simulators: a number for everything, who decides each, and its standard deviation.
+"""Whole robots: standard parameters by a prior, and a number for everything that a simulator asks for.
 
 Data decide a number, a part of it, or nothing. Every table, document and export takes its labels from here.
+
+The standard parameters of a robot that can exist stay undetermined (26 directions on the RX90). Of all robots that
+explain the data about as well, the one whose links are nearest to a prior in entropic distance is one definite
+answer. The weight of the distance is chosen so that chi2 rises by a stated budget above that of the nearest robot
+that can exist.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import product
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from ...common import Array, decomposed
+from ...common import Array, InputError, decomposed
 from ...model import INERTIAL, BaseParameters, InertialParameters, Robot
 from ...model.drives import parameter_kind
 from ...model.dynamics import gravity
 from ...model.frames import bodies_in_link_frames
 from ...model.friction import PAPER
 from ...model.inertia import gradients
-from ...model.stand_in import POSES, poses_in_range
+from ...model.stand_in import MOVING, POSES, cylinder_radius, cylinders, missing_inertial, poses_in_range
 from ..fit.estimate import Estimate, error_model
-from .robot import Origin, origins
+from .constraints import PSEUDO_INERTIA, ConeProgram, MassBounds, Part, SolverError, cone_solver, solve_cone, upper
+from .payload import TOLERANCE
+from .robot import POWERS, PossibleRobot, RobotProgram, solve_constrained_base, typical_length
 
 _ROUNDING = 1e-9
+_NOTHING = 1e-12  # fraction of a gradient's largest entry below which it is a rotation's rounding
+
+
+class Origin(NamedTuple):
+    """Origin of a number of the robot: who decides it.
+
+    ``base``: the base parameters it is part of; ``share``: squared length of the part of its unit gradient in the
+    row space of the grouping G, in units of one mass and one length for all links: 1 if they alone determine it.
+    """
+
+    base: tuple[str, ...] = ()
+    share: float = 0.0
+
+    @property
+    def kind(self) -> Literal["identified", "combination", "prior"]:
+        """Kind: the data determine it, or only combinations of it with others, or no motion shows it."""
+        return "prior" if not self.base else "identified" if self.share == 1.0 else "combination"
+
+    def decided_by(self) -> str:
+        """Label of every table, document and export: "data", "prior", or "prior within MX2R, ZZ2R"."""
+        return {"identified": "data", "prior": "prior"}.get(self.kind, f"prior within {', '.join(self.base)}")
+
+
+def origins(robot: Robot, base: BaseParameters, gradients: Array | None = None) -> list[Origin]:
+    """Find origins of numbers by their gradients by the standard parameters, N_s x m; by default of these."""
+    length, gradients = typical_length(robot), np.eye(len(base.standard)) if gradients is None else gradients
+    units = np.array([length ** POWERS.get(parameter_kind(name), 0) for name in base.standard])
+    rows = decomposed((base.grouping * units).T).range.T
+    scaled = gradients * units[:, None]
+    scaled[np.abs(scaled) < _NOTHING * np.abs(scaled).max(axis=0)] = 0.0
+    shares = np.sum((rows @ scaled) ** 2, axis=0) / np.sum(scaled**2, axis=0)
+    shares = np.where(shares > 1.0 - _ROUNDING, 1.0, np.maximum(shares, 0.0))
+    parts = (base.grouping != 0.0) @ (scaled != 0.0)
+    names = [tuple(base.names[i] for i in np.flatnonzero(part)) for part in parts.T]
+    return [Origin(own, share if own else 0.0) for own, share in zip(names, shares.tolist(), strict=True)]
+
+
+BUDGET = 1.0
+"""Rise of chi2 that is allowed above the constrained minimum."""
+_TRIED = ((0.1, 1e-10), (1.0, 1e-10), (10.0, 1e-10), (1e3, 1e-10), (0.1, 1e-8), (10.0, 1e-8), (1e3, 1e-8))
+"""Largest entry of R, and the solver's tolerance, which is fine: near the nearest robot distances hardly change."""
+
+
+@dataclass(frozen=True)
+class RobotPrior:
+    """Prior of a robot: links as they are thought to be, each in its own frame, and the text on where from."""
+
+    bodies: tuple[InertialParameters, ...]
+    source: str
+
+    def __post_init__(self) -> None:
+        for link, body in enumerate(self.bodies, start=1):
+            least = body.min_pseudo_inertia_eigenvalue
+            if body.mass <= 0.0 or least <= 0.0:
+                own = f"prior of link {link} ({self.source}): smallest eigenvalue of its pseudo-inertia {least:.2g}"
+                raise InputError(f"{own}: give a body with mass and some extent")
+
+
+def robot_prior(robot: Robot, total_mass: float | None = None) -> RobotPrior:
+    """Make the prior of a robot: the inertial parameters of its file, or cylinders of a total mass.
+
+    Without either, the mass is the fraction ``MOVING`` of the maker's for the whole arm, for that holds the base.
+
+    Args:
+        total_mass: of all moving links [kg]; asks for the cylinders even if the file has parameters.
+
+    Raises:
+        InputError: if none is there, the file holds only some of the parameters, or the mass is not positive.
+    """
+    names = [f"{kind}{link}" for link in range(1, robot.n + 1) for kind in INERTIAL]
+    missing, derived = missing_inertial(robot), ""
+    if total_mass is None and len(missing) == len(names):
+        if robot.mass is None:
+            advice = "[parameters] of a robot file of your own, or the total mass of its links (--prior-mass KG)"
+            without = f"robot {robot.name!r} has no inertial parameters in its file to serve as prior"
+            raise InputError(f"{without}: give them under {advice}")
+        total_mass, doubt = MOVING * robot.mass, robot.assumed("mass").get("mass", "")
+        derived = f": {100.0 * MOVING:g} % of the maker's {robot.mass:g} kg, which holds the base"
+        derived += f" (assumed: {doubt})" if doubt else ""
+    if total_mass is not None:
+        each = f"cylinders of one density, radius {cylinder_radius(robot):.3g} m"
+        return RobotPrior(cylinders(robot, total_mass), f"{each}, {total_mass:g} kg in all{derived}")
+    if missing:
+        absent = f"robot {robot.name!r}: {', '.join(missing[:6])} missing in [parameters]"
+        raise InputError(f"{absent}: a prior needs the ten of every link")
+    vectors = np.array([robot.parameters[name] for name in names]).reshape(robot.n, 10)
+    return RobotPrior(tuple(map(InertialParameters, vectors)), f"the robot file of {robot.name}")
+
+
+def has_prior(robot: Robot) -> bool:
+    """True if the robot's own file gives ``robot_prior`` something to start from."""
+    missing = missing_inertial(robot)
+    return not missing or (robot.mass is not None and len(missing) == len(INERTIAL) * robot.n)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PriorRobot(PossibleRobot):
+    """Robot that can exist, data first, then a prior."""
+
+    nearest: PossibleRobot = field(kw_only=True)  # the base gauge: the nearest robot that can exist
+    prior: RobotPrior = field(kw_only=True)
+    budget: float = field(kw_only=True)  # by which chi2 was allowed to rise above ``nearest.chi2_rise``
+    weight: float = field(kw_only=True)  # of the entropic distance; infinite if the prior is within the budget
+    origins: dict[str, Origin] = field(kw_only=True)  # who decides each standard parameter
+    distances: tuple[float, ...] = field(kw_only=True)  # entropic distance of each link from its prior
+
+
+def solve_constrained_prior(
+    robot: Robot,
+    base: BaseParameters,
+    estimate: Estimate,
+    prior: RobotPrior,
+    budget: float = BUDGET,
+    total_mass: MassBounds | None = None,
+) -> PriorRobot:
+    """Find the robot nearest to a prior among those that explain the data within a budget.
+
+    Links can exist, and drives hold the rules of ``solve_constrained_base``; the distance is that of the links
+    alone. chi2 goes by robust standard deviations where the estimate has them (``error_model``).
+
+    Args:
+        estimate: of all of them, in their order.
+        prior: one body for each link.
+        budget: by which chi2 may rise above the constrained minimum.
+        total_mass: bounds of the mass of all links together, where known.
+
+    Raises:
+        InputError: if the estimate or the prior are not of this robot, or the budget is not positive.
+        SolverError: for anything but a clean solve.
+    """
+    if len(prior.bodies) != robot.n:
+        raise InputError(f"a prior of {len(prior.bodies)} links for the {robot.n} of {robot.name}: give one each")
+    if not 0.0 < budget < np.inf:
+        raise InputError(f"budget {budget:g} of the prior must be positive: 1 is one standard deviation")
+    nearest = solve_constrained_base(robot, base, estimate, total_mass)
+    problem = RobotProgram.of(robot, base, estimate, total_mass)
+    z0 = np.zeros(len(problem.scale))  # the prior's links; drives are zero
+    z0[problem.links] = [body.vector for body in prior.bodies] / problem.scale[problem.links]
+    expected = np.tensordot(problem.program.bodies @ z0, PSEUDO_INERTIA, 1)
+    limit, possible = nearest.chi2_rise + budget, np.array(list(nearest.parameters.values())) / problem.scale
+    # The prior's links with the drives that suit them best will do if they hold the mass's bounds and the limit.
+    F, d, A, b, bodies = problem.program
+    room, rows = A @ z0 + b, problem.rules
+    drives, solution = np.setdiff1d(np.arange(len(z0)), problem.links), z0.copy()
+    within = bool((room[rows:] >= -TOLERANCE).all())
+    if within and len(drives):
+        part = ConeProgram(F[:, drives], d - F @ z0, A[:rows, drives], room[:rows], bodies[:0, :, drives])
+        solution[drives] = solve_cone(part, [(1e3, np.inf)])[0]
+    weight, prices, status = np.inf, np.zeros(0), "prior"
+    if not within or float(np.sum((F @ solution - d) ** 2)) > limit:
+        (solution, weight, prices), status = _nearest(problem.program, expected, possible, np.sqrt(limit)), "Solved"
+    found = problem.answer(solution, status, prices, TOLERANCE, 1.0)
+    links = np.array([body.vector for body in found.bodies]) / problem.scale[problem.links]
+    ratio = np.linalg.solve(expected, np.tensordot(links, PSEUDO_INERTIA, 1))
+    distances = np.trace(ratio, axis1=1, axis2=2) - np.linalg.slogdet(ratio)[1] - 4.0
+    return PriorRobot(
+        **vars(found),
+        nearest=nearest,
+        prior=prior,
+        budget=budget,
+        weight=weight,
+        origins=dict(zip(base.standard, origins(robot, base), strict=True)),
+        distances=tuple(distances.tolist()),
+    )
+
+
+def _nearest(program: ConeProgram, prior: Array, possible: Array, radius: float) -> tuple[Array, float, Array]:
+    """Find z of least entropic distance with ||R z - d|| <= radius, the distance's weight, multipliers of the rows.
+
+    D(P || P0) = tr P' - log det P' - 4 with P' = L^-1 P L'^-1 and P0 = L L' is the log-det divergence of
+    pseudo-inertias (Lee, Wensing and Park, 2020), the same in all frames and units. log det P' is the largest sum
+    of log Z_ii of a lower triangle Z for which [P' Z; Z' diag(Z)] is positive semidefinite. The z also minimises
+    ||R z - d||^2 + weight sum D, whose multipliers are given.
+
+    ``prior``: P0 of each body, p x 4 x 4, in the program's scaled units; ``possible``: a z that holds all.
+    """
+    (k, n), r, p = program.R.shape, len(program.A), len(program.bodies)
+    root = np.linalg.inv(np.linalg.cholesky(prior))
+    own = np.einsum("pij,kjl,pml,pkn->pnim", root, PSEUDO_INERTIA, root, program.bodies, optimize=True)
+    # Unknown are z - possible, the ten of each Z, row by row, and the logarithms of their diagonals; 1 comes last.
+    Z, logs = n + np.arange(10 * p).reshape(p, 10), n + 10 * p + np.arange(4 * p).reshape(p, 4)
+    (rows, columns), width = np.tril_indices(4), n + 14 * p + 1
+    each, i, diagonal = np.arange(p)[:, None], np.arange(4), Z[:, rows == columns]
+    blocks, exponentials = np.zeros((p, width, 8, 8)), np.zeros((p, 4, 3, width))
+    blocks[:, :n, :4, :4], blocks[:, -1, :4, :4] = own, np.tensordot(own, possible, (1, 0))
+    blocks[each, Z, rows, 4 + columns] = blocks[each, diagonal, 4 + i, 4 + i] = 1.0
+    # Of each diagonal entry the logarithm, 1 and Z_ii.
+    exponentials[each, i, 0, logs] = exponentials[:, :, 1, -1] = exponentials[each, i, 2, diagonal] = 1.0
+    links: list[Part] = [("PSDTriangle", body.T) for body in upper(blocks)]
+    links += [("Exponential", rows) for rows in exponentials.reshape(4 * p, 3, -1)]
+    cost = np.concatenate([np.einsum("pnii->n", own), np.zeros(10 * p), -np.ones(4 * p)])
+    (rules, norm), left = (np.zeros((count, width)) for count in (r, k + 1)), program.R @ possible - program.d
+    rules[:, :n], rules[:, -1], norm[0, -1] = program.A, program.A @ possible + program.b, radius
+    norm[1:, :n], norm[1:, -1] = program.R, left
+    ends = dict[str, tuple[Any, float]]()
+    for largest, tolerance in _TRIED:
+        size = float(np.abs(program.R).max()) / largest
+        parts: list[Part] = [("Nonnegative", rules), ("SecondOrder", norm / size), *links]
+        solution = cone_solver(cost, parts, tolerance).solve()
+        ends[str(solution.status)] = solution, size
+        if "Solved" in ends:
+            break
+    # With exact data the search may end next to where it should; the budget is kept there as well.
+    solution, size = ends.get("Solved") or ends.get("AlmostSolved") or (None, 1.0)
+    if solution is None:
+        raise SolverError(next(iter(ends)))
+    change, dual = np.asarray(solution.x)[:n], np.asarray(solution.z)
+    # As far towards the solution as |left + part moved| = radius allows.
+    moved = program.R @ change
+    a, b, c = moved @ moved, moved @ left, left @ left - radius**2
+    part = min(1.0, float((np.sqrt(b * b - a * c) - b) / a))
+    weight = 2.0 * radius * size / float(dual[r])
+    return possible + part * change, weight, weight * dual[:r]
+
+
 BODY_NUMBERS = ("mass", "x", "y", "z", "ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 """Numbers of a body: mass [kg], centre of mass [m], inertia there [kg m^2], in the link's frame."""
 DRIVE_NUMBERS = {"armature": "IA", "damping": "FV", "friction": "FS", "offset": "OFF"}

@@ -20,8 +20,7 @@ from ..fit.estimate import Gains
 from ..fit.own_equations import TermChoice
 from ..payload.by_joints import JointsMass, Repeats
 from ..payload.methods import PREFERRED, ConstrainedPayload, PayloadEstimate
-from ..payload.short_motion import Wave
-from ..payload.static import Standing
+from ..payload.short_motion import Standing, Wave
 from ..possible.payload import Weighing
 from . import parts
 
@@ -102,7 +101,7 @@ class FreeEstimate(MethodEstimate, frozen=True, tag="wls"):
         }
         if len(indices) < len(INERTIAL):
             return cls(**own, interval95=None, com=None, inertia_com=None, physically_consistent=None)
-        spread, basis = result.spread, estimate.robust
+        spread, basis = payload_spread(result.ten, estimate.covariance, indices), estimate.robust
         robust = basis and payload_spread(result.ten, basis.covariance, indices)
         there = {
             "com_sigma": spread.com,
@@ -263,7 +262,7 @@ class StandIn:
 
     def __post_init__(self) -> None:
         """Refuse sizes that no body has."""
-        known = (self.kind, len(self.sizes)) in (("box", 3), ("cylinder", 2))
+        known = len(self.sizes) == {"box": 3, "cylinder": 2}.get(self.kind)
         if not (known and all(0.0 < size < np.inf for size in self.sizes)):
             raise InputError(
                 f"an assumed inertia of {self.kind} {self.sizes}: give box:AxBxC (along x, y, z) or cylinder:DxL "
@@ -353,7 +352,7 @@ class PayloadResult(parts.Result, frozen=True, kw_only=True, dict=True):
     """A payload by the methods that were used, and what only a weighing by a short motion tells.
 
     ``frame`` is where it is given, as text; ``assumed`` an inertia that was asked for instead of a measured one;
-    ``scale`` a weighed mass and its standard deviation [kg].
+    ``scale`` a weighed mass and its standard deviation [kg]; ``joints`` those of a short motion, else absent.
     """
 
     kind: Literal["payload"] = "payload"
@@ -394,19 +393,9 @@ class PayloadResult(parts.Result, frozen=True, kw_only=True, dict=True):
         return f"{self.robot}, mass {mass.value:.6g} kg (95 % from {mass.low:.6g} to {mass.high:.6g}), {level}"
 
     @property
-    def short(self) -> bool:
-        """True if it was weighed by a short motion of a few joints."""
-        return bool(self.joints)
-
-    @property
     def title(self) -> str:
         """Title of the robot, or its name."""
         return self.robot_title or self.robot or ""
-
-    @property
-    def settings(self) -> parts.ProcessingDocument:
-        """Settings of processing; none in a file that does not hold them."""
-        return present(self.processing) or parts.ProcessingDocument()
 
     @property
     def free(self) -> tuple[FreeEstimate, ...]:

@@ -14,7 +14,8 @@ from ..diagnosis.evidence import Verdict
 from ..fit.covariance import RobustCovariance
 from ..fit.estimate import Estimate, Fingerprints, Fit, Gains, Parameter
 from ..fit.own_equations import TermChoice
-from ..possible.robot import PossibleRobot, PriorRobot
+from ..possible.robot import PossibleRobot
+from ..possible.whole_robot import PriorRobot
 from . import parts
 from .parts import ActiveDocument, Number, Ten
 
@@ -265,8 +266,12 @@ class RobotResult(parts.Result, frozen=True, kw_only=True, dict=True):
         data, gains, C, stored, robust = self.data, self.gains, self.covariance_robust, self.robust, None
         with at("base_parameters"):
             if C is not None:
-                blocks, length = (stored.blocks, present(stored.block_length)) if stored else (None, None)
-                degrees = present(stored.degrees_of_freedom) if stored else None
+                given = stored or parts.RobustDocument(None)
+                blocks, length, degrees = (
+                    given.blocks,
+                    present(given.block_length),
+                    present(given.degrees_of_freedom),
+                )
                 if blocks is None or length is None or degrees is None:
                     raise WrongKeyError("robust", "must hold blocks, degrees_of_freedom and block_length_s")
                 if not (np.diag(C) >= 0.0).all():
@@ -316,11 +321,10 @@ class RobotResult(parts.Result, frozen=True, kw_only=True, dict=True):
 
     def check_gains(self, drive_gains: tuple[float, ...] | None) -> None:
         """Refuse other drive gains than those the parameters were identified with."""
-        stored = present(self.processing.drive_gains) or None
-        if drive_gains != stored:
+        if drive_gains != self.drive_gains:
             then, now = (
                 f"drive gains {','.join(f'{gain:g}' for gain in gains)}" if gains else "torques, no drive gains"
-                for gains in (stored, drive_gains)
+                for gains in (self.drive_gains, drive_gains)
             )
             raise InputError(
                 f"the stored parameters were identified with {then}, recordings are now read with {now}: use the "

@@ -143,7 +143,7 @@ def test_cvxpy_agrees_under(rules: list[Constraint], errors: str) -> None:
     for rule in rules:
         if not isinstance(rule, KnownMass):
             assert rule.violation(result.values) <= 1e-7
-    assert result.min_pseudo_inertia_eigenvalue >= 0.0
+    assert result.body.min_pseudo_inertia_eigenvalue >= 0.0
 
 
 @pytest.mark.parametrize("seed", range(30))

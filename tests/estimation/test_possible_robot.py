@@ -16,17 +16,17 @@ from dynident.estimation.equations.observer import Observer, recorded, used
 from dynident.estimation.fit.estimate import Fit
 from dynident.estimation.fit.linear_problem import weighted
 from dynident.estimation.possible.constraints import PSEUDO_INERTIA, ConeProgram, solve_cone
-from dynident.estimation.possible.robot import (
+from dynident.estimation.possible.robot import RobotProgram, hidden_directions, solve_constrained_base
+from dynident.estimation.possible.whole_robot import (
+    BODY_NUMBERS,
     RobotPrior,
-    RobotProgram,
+    WholeRobot,
     has_prior,
-    hidden_directions,
     origins,
     robot_prior,
-    solve_constrained_base,
     solve_constrained_prior,
+    whole_robot,
 )
-from dynident.estimation.possible.whole_robot import BODY_NUMBERS, WholeRobot, whole_robot
 from dynident.model.frames import bodies_in_link_frames
 from dynident.tests.model.urdf_files import dressed_urdf
 from dynident.trajectories import Simulator, random_via_points

@@ -18,7 +18,8 @@ from dynident.estimation.fit.covariance import Rule, autocorrelation_time, block
 from dynident.estimation.fit.linear_problem import LinearProblem, weighted
 from dynident.estimation.payload.long_motion import PairedMeasurement, long_motion
 from dynident.estimation.payload.methods import METHODS
-from dynident.estimation.possible.robot import robot_prior, solve_constrained_base, solve_constrained_prior
+from dynident.estimation.possible.robot import solve_constrained_base
+from dynident.estimation.possible.whole_robot import robot_prior, solve_constrained_prior
 from dynident.estimation.signals.filtering import measurement
 from dynident.model import InertialParameters, Motion, Processing, Recording, base_parameters, load_robot
 from dynident.model.motion import Measurement

@@ -64,7 +64,7 @@ def payload_report(result: PayloadResult, document: str | None = None, notes: Se
         subtitle = f"Weighed at rest in {result.standing.poses} poses"
     if result.repeats:
         sections.insert(0, repeats_section(result.repeats, agreed))
-    if not result.short:
+    if not result.joints:
         worst, *measured = evidence.explained(made, lambda: (*made.problem.source.loaded, *made.held_out))
         more = [worst]
         sections += [*measured, evidence.essential_section(result.essential or None, result.title)]
@@ -167,7 +167,7 @@ def answer_notes(result: PayloadResult) -> Iterator[str]:
             told = f"drift of {array(drift.mass):+.2g} kg per recording removed ({drift.ratio:.0%} of the variance)"
         yield f"{standing.poses} poses at rest, {standing.order}: {told}."
     yield from evidence.model_notes(result)
-    if not result.short and not (residual and residual.validation):
+    if not result.joints and not (residual and residual.validation):
         yield "To test the model, keep one recording without payload out of the fit (--validate)."
     if robust and robust.unavailable:
         yield f"Record longer: the intervals assume white noise, because {robust.unavailable}."
@@ -434,7 +434,7 @@ def data_notes(result: PayloadResult) -> Iterator[str]:
     if data.condition_number is not None:
         moving = f"Joints {', '.join(map(str, result.joints))} move" if result.joints else "Without payload"
         yield f"{moving}: {evidence.conditioning(data.equations, data.base_parameters, data)}"
-    if result.short:
+    if result.joints:
         unexplained = array(residual.relative_per_joint, 0) if residual else np.zeros(0)
         joints = " ".join(rounded(100.0 * ratio, 1) for ratio in unexplained.tolist())
         own = 100.0 * array(residual.relative if residual else None)
@@ -472,7 +472,7 @@ def data_notes(result: PayloadResult) -> Iterator[str]:
         yield f"Relative residual of the robot's model: {evidence.residual_text(residual)}"
     if residual and residual.validation:
         yield f"On the validation recording: {evidence.residual_text(residual.validation)}"
-    if data.friction == "may differ" and not result.short:
+    if data.friction == "may differ" and not result.joints:
         yield (
             "In methods 3 and 4, and in method 1 with a stored robot, friction under load may differ from that "
             "without (--friction-change); the intervals allow for it."

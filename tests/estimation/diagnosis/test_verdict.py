@@ -31,17 +31,16 @@ from dynident.estimation.fit.estimate import Estimate, Fit
 from dynident.estimation.payload.by_joints import ByJoints, JointsMass, Repeats
 from dynident.estimation.payload.long_motion import Source
 from dynident.estimation.payload.methods import ConstrainedPayload, PayloadEstimate
-from dynident.estimation.payload.static import Rests
+from dynident.estimation.payload.short_motion import Rests
 from dynident.estimation.possible.constraints import Constraint, KnownMass, MassBounds, PossibleBody
 from dynident.estimation.possible.intervals import NO_INTERVALS
 from dynident.estimation.possible.payload import CONFLICT, Active, Weighing
 from dynident.estimation.signals import filtering
 from dynident.estimation.signals.filtering import AlignedPair
 from dynident.model import InertialParameters, Recording, Robot, load_robot
-from dynident.model.inertia import PayloadSpread
+from dynident.model.inertia import PayloadSpread, payload_spread
 from hypothesis import given
 from hypothesis import strategies as st
-from msgspec import structs
 from scipy.stats import f
 
 ROBOT = load_robot("rx90")
@@ -115,7 +114,8 @@ def of_possible(*payloads: ConstrainedPayload, **more: Any) -> Evidence:
     """Evidence on possible payloads, the last of them to be used."""
     estimates = tuple(payload.free for payload in payloads)
     free = payloads[-1].free
-    spread = PayloadSpread(float(free.estimate.larger_sigma[9]), free.spread.com, free.spread.inertia_com)
+    formula = payload_spread(free.ten, free.estimate.covariance, free.indices)
+    spread = PayloadSpread(float(free.estimate.larger_sigma[9]), formula.com, formula.inertia_com)
     more = {"spread": spread} | more
     body = payloads[-1].body
     ten = np.array([*body.vector[:9], free.mass])
@@ -200,21 +200,21 @@ def inertia_sigma(**sigmas: float) -> Evidence:
 
 def ratio(joint: int, share: float | None, sigma: float = float("nan")) -> JointsMass:
     """The payload ratio of a joint that does not see the mass alone."""
-    return structs.replace(JointsMass.made((joint,)), share=share, share_sigma=sigma)
+    return JointsMass((joint,), False, None, float("nan"), None, share, sigma)
 
 
 def by_masses(
     *masses: tuple[float, float], without: float | None = None, make: Callable[..., Evidence] | None = None
 ) -> Evidence:
     """Masses that single joints show, from the second on, with their deviations, and that of the others."""
-    rest = tuple(JointsMass.made((j,), without, 0.001) for j in (7, 8)) if without is not None else ()
-    shown = tuple(JointsMass.made((j,), *mass) for j, mass in enumerate(masses, 2))
+    rest = tuple(JointsMass((j,), True, without, 0.001, None) for j in (7, 8)) if without is not None else ()
+    shown = tuple(JointsMass((j,), True, *mass, None) for j, mass in enumerate(masses, 2))
     return (make or usual)(by_joints=ByJoints(shown, rest))
 
 
 def by_share(share: float, sigma: float = 0.001, without: float | None = None, **more: Any) -> Evidence:
     """The payload by the third joint, and the mass by the others."""
-    rest = (JointsMass.made((1, 2, 4), without, 0.001),) if without is not None else ()
+    rest = (JointsMass((1, 2, 4), True, without, 0.001, None),) if without is not None else ()
     shares = (ratio(1, 1.0, 0.01), ratio(3, share, sigma), ratio(4, None))
     return usual(by_joints=ByJoints(shares, rest), **more)
 
@@ -822,7 +822,7 @@ def test_no_reason_speaks_against_a_mass_that_may_be_used(
     """Whatever is made up: what is said of the mass, or of everything, leaves nothing to be used."""
     by_joints = ByJoints(
         (
-            *(JointsMass.made((j,), mass, sigma) for j, mass in enumerate(masses, 2)),
+            *(JointsMass((j,), True, mass, sigma, None) for j, mass in enumerate(masses, 2)),
             *(ratio(j, share, sigma) for j, share in enumerate(shares, 2)),
         )
     )

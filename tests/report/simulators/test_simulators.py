@@ -16,8 +16,13 @@ from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import Estimate
 from dynident.estimation.fit.estimate import Fit
-from dynident.estimation.possible.robot import robot_prior, solve_constrained_prior
-from dynident.estimation.possible.whole_robot import BODY_NUMBERS, WholeRobot, whole_robot
+from dynident.estimation.possible.whole_robot import (
+    BODY_NUMBERS,
+    WholeRobot,
+    robot_prior,
+    solve_constrained_prior,
+    whole_robot,
+)
 from dynident.model import (
     Drives,
     Robot,
