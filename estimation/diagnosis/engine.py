@@ -425,7 +425,7 @@ class Added(NamedTuple):
         """Project Gram matrices by block (columns, added columns, torque) off the first columns."""
         c, whole = len(prior), blocks.sum(axis=0)
         whole[:c, :c] += prior
-        root = _root(whole[:c, :c])
+        root = _root(whole[:c, :c], small=c)  # by which ``remains`` was chosen
         root = root[:, root.any(axis=0)]
         grams, rests = [whole, *(whole - block for block in blocks)], list[Array]()
         whites = [root.T @ gram[:c, :c] @ root for gram in grams]  # nearly white
@@ -470,13 +470,16 @@ class Added(NamedTuple):
         return Effect(where, values, covariance, effect, fall, size, sigma, few=float(few / many))
 
 
-def _root(gram: Array, least: float = _RANK) -> Array:
-    """Roots K with K K' the inverse of Gram matrices, as far as they determine their columns, else zero."""
+def _root(gram: Array, least: float = _RANK, small: int = _SMALL) -> Array:
+    """Roots K with K K' the inverse of Gram matrices, as far as they determine their columns, else zero.
+
+    Up to ``small`` columns they stand along the eigenvectors.
+    """
     squares = np.diagonal(gram, axis1=-2, axis2=-1)
     # Columns of which nothing but rounding is left are taken out.
     size = np.sqrt(np.where(squares > _NOTHING * squares.max(axis=-1, initial=0.0, keepdims=True), squares, np.inf))
     scaled = gram / (size[..., :, None] * size[..., None, :])
-    if gram.ndim == 2 and len(gram) > _SMALL:
+    if gram.ndim == 2 and len(gram) > small:
         # Much faster than eigenvalues, where these would leave out the same: rounding, and nothing but that.
         R, order, rank, _ = lapack.dpstrf(scaled, tol=_ROUNDING)
         root, known = np.zeros((len(gram), rank)), order[:rank] - 1

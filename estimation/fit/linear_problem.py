@@ -54,10 +54,9 @@ def left_out(
     indices = [*(equations.columns.index(name) for name in (*names, *known)), -1]
     near = np.zeros((0, len(indices))) if near is None else near
 
-    def weighted(*parts: Equations) -> Array:
-        return np.vstack([w * own for part in parts for w, own in zip(weights, part.factors, strict=True)])[
-            :, indices
-        ]
+    def rows_of(*parts: Equations) -> Array:
+        each = (w * own for part in parts for w, own in zip(weights, part.factors, strict=True))
+        return np.vstack([near[:0], *(own[:, indices] for own in each)])
 
     def solved(rows: Array, count: Array) -> tuple[LeftOut, float]:
         """Solve by so many equations, and independent ones; the squared errors of Y besides."""
@@ -66,15 +65,15 @@ def left_out(
         return LeftOut(root @ R[:c, c:], root, squares / (count[1] - c)), squares
 
     every = np.array([equations.equations, sum(equations.effective_rows)]) + len(near)
-    whole, squares = solved(weighted(equations), every)
+    whole, squares = solved(rows_of(equations), every)
     # One after the other: the numbers of a single block stay in the processor's cache.
     for block in equations.blocks:
-        rows, count = weighted(block), every - np.array([block.equations, sum(block.effective_rows)])
+        rows, count = rows_of(block), every - np.array([block.equations, sum(block.effective_rows)])
         Q, errors = rows[:, :c] @ whole.root, rows[:, c:] - rows[:, :c] @ whole.values
         L, nothing_left = lapack.dpotrf(np.eye(c) - Q.T @ Q, lower=1)
         inverse = lapack.dtrtri(L, lower=1)[0] if not nothing_left else L
         if nothing_left or np.sum(inverse**2) > 1.0 / _HELD or count[0] < c or count[1] <= c:
-            others = weighted(*(other for other in equations.blocks if other is not block))
+            others = rows_of(*(other for other in equations.blocks if other is not block))
             solutions.append(solved(others, count)[0])
             continue
         score, root = inverse @ (Q.T @ errors), whole.root @ inverse.T
