@@ -213,14 +213,12 @@ class System:
         rigid = [k for k, name in enumerate((*own, *payload)) if parameter_kind(name) in INERTIAL]
         carried = system.values[rigid] @ columns[:, rigid] - spring
         terms = drive_terms(robot.drives, DriveState(states.q.T, states.qd.T, states.qdd.T, carried), np.sign)
-        under_load = [(k, name, np.ones(len(states.t))) for k, name in enumerate(own)]
-        under_load += [(k, name, states.loaded) for k, name in enumerate(changes, c)]
-        changed = [-1]  # columns of the Gram matrices that change, the torque's among them
-        for k, name, there in under_load:
-            if parameter_kind(name) in robot.drives.loaded:
-                for row, values in terms[name].items():
-                    columns[row, k] = values * there
-                changed += [k] * (k < c)
+        loaded = robot.drives.loaded
+        for k, name in enumerate((*own, *payload, *changes)):
+            for row, values in terms[name].items() if parameter_kind(name) in loaded else ():
+                columns[row, k] = values if k < c else values * states.loaded
+        # Columns of the Gram matrices that change, the torque's among them.
+        changed = [*(k for k, name in enumerate(own) if parameter_kind(name) in loaded), -1]
         torque = measured - nominal @ columns[:, :b] if known is not None else measured
         rows, grams = np.concatenate([columns[:, :c], torque[:, None]], axis=1) * keep[:, None], system.joint_grams
         grams[:, changed] = rows[:, changed] @ rows.swapaxes(1, 2)
