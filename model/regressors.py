@@ -107,14 +107,12 @@ def body_torques(robot: Robot, state: DriveState, values: Mapping[str, Any], lib
     force: Vector = (none, none, none)
     moment = force
     for j in reversed(range(robot.n)):
-        for kind, (unit_force, unit_moment) in zip(INERTIAL, wrenches[j], strict=True):
+        for kind, unit in zip(INERTIAL, wrenches[j], strict=True):
             if (amount := values.get(f"{kind}{j + 1}")) is not None:
-                if unit_force is not ZERO:
-                    force = add(force, (unit_force[0] * amount, unit_force[1] * amount, unit_force[2] * amount))
-                if unit_moment is not ZERO:
-                    moment = add(
-                        moment, (unit_moment[0] * amount, unit_moment[1] * amount, unit_moment[2] * amount)
-                    )
+                force, moment = (
+                    total if own is ZERO else add(total, (own[0] * amount, own[1] * amount, own[2] * amount))
+                    for total, own in zip((force, moment), unit, strict=True)
+                )
         torques.insert(0, moment[2] if robot.joints[j].revolute else force[2])
         force = changes[j].out_of(force)
         moment = add(changes[j].out_of(moment), cross(changes[j].origin, force))

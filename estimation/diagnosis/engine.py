@@ -213,14 +213,12 @@ class System:
         rigid = [k for k, name in enumerate((*own, *payload)) if parameter_kind(name) in INERTIAL]
         carried = system.values[rigid] @ columns[:, rigid] - spring
         terms = drive_terms(robot.drives, DriveState(states.q.T, states.qd.T, states.qdd.T, carried), np.sign)
-        under_load = [(k, name, np.ones(len(states.t))) for k, name in enumerate(own)]
-        under_load += [(k, name, states.loaded) for k, name in enumerate(changes, c)]
-        changed = [-1]  # columns of the Gram matrices that change, the torque's among them
-        for k, name, there in under_load:
-            if parameter_kind(name) in robot.drives.loaded:
-                for row, values in terms[name].items():
-                    columns[row, k] = values * there
-                changed += [k] * (k < c)
+        loaded = robot.drives.loaded
+        for k, name in enumerate((*own, *payload, *changes)):
+            for row, values in terms[name].items() if parameter_kind(name) in loaded else ():
+                columns[row, k] = values if k < c else values * states.loaded
+        # Columns of the Gram matrices that change, the torque's among them.
+        changed = [*(k for k, name in enumerate(own) if parameter_kind(name) in loaded), -1]
         torque = measured - nominal @ columns[:, :b] if known is not None else measured
         rows, grams = np.concatenate([columns[:, :c], torque[:, None]], axis=1) * keep[:, None], system.joint_grams
         grams[:, changed] = rows[:, changed] @ rows.swapaxes(1, 2)
@@ -425,7 +423,7 @@ class Added(NamedTuple):
         """Project Gram matrices by block (columns, added columns, torque) off the first columns."""
         c, whole = len(prior), blocks.sum(axis=0)
         whole[:c, :c] += prior
-        root = _root(whole[:c, :c])
+        root = _root(whole[:c, :c], small=c)  # by which ``remains`` was chosen
         root = root[:, root.any(axis=0)]
         grams, rests = [whole, *(whole - block for block in blocks)], list[Array]()
         whites = [root.T @ gram[:c, :c] @ root for gram in grams]  # nearly white
@@ -470,13 +468,16 @@ class Added(NamedTuple):
         return Effect(where, values, covariance, effect, fall, size, sigma, few=float(few / many))
 
 
-def _root(gram: Array, least: float = _RANK) -> Array:
-    """Roots K with K K' the inverse of Gram matrices, as far as they determine their columns, else zero."""
+def _root(gram: Array, least: float = _RANK, small: int = _SMALL) -> Array:
+    """Roots K with K K' the inverse of Gram matrices, as far as they determine their columns, else zero.
+
+    Up to ``small`` columns they stand along the eigenvectors.
+    """
     squares = np.diagonal(gram, axis1=-2, axis2=-1)
     # Columns of which nothing but rounding is left are taken out.
     size = np.sqrt(np.where(squares > _NOTHING * squares.max(axis=-1, initial=0.0, keepdims=True), squares, np.inf))
     scaled = gram / (size[..., :, None] * size[..., None, :])
-    if gram.ndim == 2 and len(gram) > _SMALL:
+    if gram.ndim == 2 and len(gram) > small:
         # Much faster than eigenvalues, where these would leave out the same: rounding, and nothing but that.
         R, order, rank, _ = lapack.dpstrf(scaled, tol=_ROUNDING)
         root, known = np.zeros((len(gram), rank)), order[:rank] - 1

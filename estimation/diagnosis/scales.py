@@ -82,16 +82,10 @@ def nominal_gravity(robot: Robot, states: States | None) -> NominalGravity | Non
         states = states.taken(states.loaded == 0.0)
     values, assumed = nominal
     # Torques of the weight along each axis, and of what accelerates the bodies without weight.
+    q, qd, qdd = states.q.T, states.qd.T, states.qdd.T
     *axes, inertial = (
-        np.array(
-            body_torques(
-                replace(robot, gravity=(x, y, z)),
-                DriveState(states.q.T, moves * states.qd.T, moves * states.qdd.T, None),
-                values,
-                np,
-            )
-        )
-        for x, y, z, moves in np.diag([size, size, size, 1.0]).tolist()
+        np.array(body_torques(replace(robot, gravity=(x, y, z)), DriveState(q, m * qd, m * qdd, None), values, np))
+        for x, y, z, m in np.diag([size, size, size, 1.0]).tolist()
     )
     along, described = np.stack(axes, axis=1), np.array(robot.gravity) / size
     expected, block, qd = described @ along, np.arange(len(states.t)) * BLOCKS // len(states.t), states.qd.T

@@ -25,62 +25,50 @@ from .estimate import Estimate, fit
 _HELD = 1e-6  # fraction of a direction that the other blocks must hold: differences then keep ten digits
 
 
-class LeftOut(NamedTuple):
-    """Solution without a block of time."""
-
-    values: Array  # c x m
-    root: Array  # root root' is the covariance for errors of variance 1
-    variance: float  # of the errors of Y
-
-    @property
-    def covariance(self) -> Array:
-        """Covariance of the parameters by the errors of Y, c x c."""
-        return np.asarray(self.variance * self.root @ self.root.T)
-
-
 def left_out(
     equations: Equations,
     columns: Sequence[str],
     weights: Array,
     known: Sequence[str] = (),
     near: Array | None = None,
-) -> list[LeftOut]:
+) -> list[tuple[Array, Array]]:
     """Solve for the parameters of some columns without each of the equations' blocks in turn, last by all of them.
+
+    Gives values, c x m, and K, of which K K' is the parameters' covariance by the errors of Y, c x c.
 
     ``weights``: of the joints, (n,); ``known``: other columns, each a right-hand side of its own, the last of all m
     being Y; ``near``: further weighted equations that no block holds, in columns, known ones and Y.
     """
-    names, c, solutions = tuple(columns), len(columns), list[LeftOut]()
+    names, c, solutions = tuple(columns), len(columns), list[tuple[Array, Array]]()
     indices = [*(equations.columns.index(name) for name in (*names, *known)), -1]
     near = np.zeros((0, len(indices))) if near is None else near
 
-    def weighted(*parts: Equations) -> Array:
-        return np.vstack([w * own for part in parts for w, own in zip(weights, part.factors, strict=True)])[
-            :, indices
-        ]
+    def rows_of(*parts: Equations) -> Array:
+        each = (w * own for part in parts for w, own in zip(weights, part.factors, strict=True))
+        return np.vstack([near[:0], *(own[:, indices] for own in each)])
 
-    def solved(rows: Array, count: Array) -> tuple[LeftOut, float]:
-        """Solve by so many equations, and independent ones; the squared errors of Y besides."""
+    def solved(rows: Array, count: Array) -> tuple[Array, Array, float]:
+        """Solve by so many equations, and independent ones: values, inverse of R, and squared errors of Y."""
         R = checked(np.vstack([rows, near]), names, int(count[0]), float(count[1]))
-        root, squares = solve_triangular(R[:c, :c], np.eye(c)), float(np.sum(R[c:, -1] ** 2))
-        return LeftOut(root @ R[:c, c:], root, squares / (count[1] - c)), squares
+        root = solve_triangular(R[:c, :c], np.eye(c))
+        return root @ R[:c, c:], root, float(np.sum(R[c:, -1] ** 2))
 
     every = np.array([equations.equations, sum(equations.effective_rows)]) + len(near)
-    whole, squares = solved(weighted(equations), every)
+    x, root, squares = solved(rows_of(equations), every)
     # One after the other: the numbers of a single block stay in the processor's cache.
     for block in equations.blocks:
-        rows, count = weighted(block), every - np.array([block.equations, sum(block.effective_rows)])
-        Q, errors = rows[:, :c] @ whole.root, rows[:, c:] - rows[:, :c] @ whole.values
+        rows, count = rows_of(block), every - np.array([block.equations, sum(block.effective_rows)])
+        Q, errors = rows[:, :c] @ root, rows[:, c:] - rows[:, :c] @ x
         L, nothing_left = lapack.dpotrf(np.eye(c) - Q.T @ Q, lower=1)
         inverse = lapack.dtrtri(L, lower=1)[0] if not nothing_left else L
         if nothing_left or np.sum(inverse**2) > 1.0 / _HELD or count[0] < c or count[1] <= c:
-            others = weighted(*(other for other in equations.blocks if other is not block))
-            solutions.append(solved(others, count)[0])
-            continue
-        score, root = inverse @ (Q.T @ errors), whole.root @ inverse.T
-        left = squares - float(np.sum(errors[:, -1] ** 2) + np.sum(score[:, -1] ** 2))
-        solutions.append(LeftOut(whole.values - root @ score, root, left / (count[1] - c)))
-    return [*solutions, whole]
+            others = rows_of(*(other for other in equations.blocks if other is not block))
+            values, own, left = solved(others, count)
+        else:
+            score, own = inverse @ (Q.T @ errors), root @ inverse.T
+            values, left = x - own @ score, squares - np.sum(errors[:, -1] ** 2) - np.sum(score[:, -1] ** 2)
+        solutions.append((values, own * np.sqrt(max(left, 0.0) / (count[1] - c))))
+    return [*solutions, (x, root * np.sqrt(squares / (every[1] - c)))]
 
 
 class Known(NamedTuple):
@@ -178,7 +166,7 @@ class LinearProblem:
         rows, levels, *_ = self._prior_rows
         near = np.column_stack([rows, np.zeros((len(rows), len(names))), levels])
         solutions = left_out(self.equations, self.unknown.columns, weights, names, near)
-        values = np.array([one.values[self._indices] for one in solutions])
+        values = np.array([x[self._indices] for x, _ in solutions])
         if not self.fixed:
             return np.asarray(values[: len(pairs), :, 0])
         # Without each of their own blocks, last of all the whole ones.

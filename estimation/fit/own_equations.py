@@ -95,7 +95,7 @@ def chosen_terms(
 
     def held_out(names: Sequence[str]) -> tuple[Array, dict[str, float]]:
         """Squared errors of each joint on each block by the others' fit, B x n, and the values by all."""
-        *each, values = (one.values[:, 0] for one in left_out(equations, names, weights))
+        *each, values = (x[:, 0] for x, _ in left_out(equations, names, weights))
         chi, there = np.zeros(len(equations.columns)), [equations.columns.index(name) for name in names]
         squares = np.zeros((len(each), robot.n))
         for own, block, solution in zip(squares, equations.blocks, each, strict=True):

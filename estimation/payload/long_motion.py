@@ -118,7 +118,7 @@ class LongMotion(Brief):
 
         # Blocks of time hold the recording they come from.
         def each() -> Array:
-            return np.array([one.values[:, 0] for one in left_out(unloaded, own.names, own.weights)[:-1]])
+            return np.array([x[:, 0] for x, _ in left_out(unloaded, own.names, own.weights)[:-1]])
 
         lasting = 0.0 * own.covariance
         return stored_robot(own)._replace(lasting=lasting, left_out=each if unloaded.blocks else None)

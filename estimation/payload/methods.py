@@ -20,7 +20,7 @@ from ..equations.equations import PAYLOAD, Equations, check_blocks
 from ..equations.observer import PATH
 from ..fit.covariance import FEW, RobustCovariance, Rule, jackknife
 from ..fit.estimate import Estimate, Gains, error_model, fit
-from ..fit.linear_problem import LeftOut, LinearProblem, SoftPrior, left_out, weighted
+from ..fit.linear_problem import LinearProblem, SoftPrior, left_out, weighted
 from ..possible.constraints import Constraint
 from ..possible.intervals import NO_INTERVALS, Intervals, profile_intervals
 from ..possible.payload import CONFLICT, POSSIBLE, Active, Possible, solve_constrained, tested
@@ -204,11 +204,11 @@ class ChangeOfParameters:
         k, names = self.indices, self.before.names
         before, after = left_out(self.unloaded, names, self.before.weights), left_out(self.loaded, names, weights)
 
-        def solved(a: LeftOut, b: LeftOut) -> Array:
-            C = (a.covariance + b.covariance)[np.ix_(k, k)]
-            return _generalised(self.G, (b.values - a.values)[k, 0], C)[0]
-
-        return np.array([solved(before[a], after[b]) for b, a in pairs])
+        estimates = list[Array]()
+        for b, a in pairs:
+            (x, X), (y, Y) = before[a], after[b]
+            estimates.append(_generalised(self.G, (y - x)[k, 0], X[k] @ X[k].T + Y[k] @ Y[k].T)[0])
+        return np.array(estimates)
 
 
 def _generalised(G: Array, change: Array, C: Array) -> tuple[Array, Array, Array]:
