@@ -10,7 +10,7 @@ from msgspec import UNSET, UnsetType, field
 from msgspec.structs import replace
 
 from ...common import Array, Brief, Document, Indices, InputError, Mask, Speaks, Vector
-from ...common.schema import Matrix, Triple, present
+from ...common.schema import Matrix, Triple, Worked, present
 from ...model import INERTIAL, InertialParameters, Pose
 from ...model.inertia import payload_spread
 from ..diagnosis.evidence import Agreement, Verdict
@@ -348,7 +348,7 @@ class ObservationSystem(Brief):
     known: Array | None = None  # values of the first columns that are known from an earlier identification
 
 
-class PayloadResult(parts.Result, frozen=True, kw_only=True, dict=True):
+class PayloadResult(Speaks, Worked, frozen=True, kw_only=True, dict=True):
     """A payload by the methods that were used, and what only a weighing by a short motion tells.
 
     ``frame`` is where it is given, as text; ``assumed`` an inertia that was asked for instead of a measured one;
