@@ -13,13 +13,14 @@ import numpy as np
 from msgspec import field
 from msgspec.structs import replace
 
-from ...common import Array, Document, InputError
+from ...common import Array, Document, InputError, Speaks
+from ...common.schema import Document
 from ...estimation import Equations, Settings, measurement, weighted
 from ...estimation.diagnosis import engine, scales, verdict
 from ...estimation.diagnosis.evidence import Evidence, Finding, Severity, error, note, warning
 from ...estimation.fit import covariance, own_equations
 from ...estimation.payload.long_motion import Source
-from ...estimation.results.parts import Number, ParameterDocument, Result
+from ...estimation.results.parts import Number, ParameterDocument
 from ...estimation.signals.filtering import aligned, moving_parts
 from ...estimation.signals.recordings import cut, implausible, out_of_range, pieces, still_joints
 from ...model import Motion, Processing, Recording, Robot, base_parameters, load_robot, robot_names
@@ -75,7 +76,7 @@ class Remark(Document, frozen=True):
     text: str = field(name="words")
 
 
-class LogReport(Result, frozen=True, kw_only=True, dict=True):
+class LogReport(Speaks, Document, frozen=True, kw_only=True, dict=True):
     """Contents and faults of a log; ``working``: the robot, and the log's signals in SI units, joint side."""
 
     source: str

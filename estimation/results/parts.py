@@ -10,7 +10,6 @@ from typing import Annotated, Any, Literal, Self
 from msgspec import UNSET, Meta, UnsetType, field
 
 from ...common.schema import Document, Vector
-from ...common.speech import Speaks
 from ...model import BaseParameters, Processing, Robot
 from ...model.friction import term_names
 from ..fit.covariance import RobustCovariance
@@ -21,10 +20,6 @@ Number = float | None  # number that is null where it was not determined
 Ten = Mapping[str, Number]  # numbers of the ten parameters by name, XX to M
 Interval = tuple[Number, Number]
 Sigma = Annotated[float, Meta(ge=0.0)]
-
-
-class Result(Speaks, Document, frozen=True, kw_only=True, dict=True):
-    """Answer to a whole question, its own document; ``working``: equations and estimates that it was made from."""
 
 
 class ProcessingDocument(Document, frozen=True):

@@ -348,7 +348,7 @@ class ObservationSystem(Brief):
     known: Array | None = None  # values of the first columns that are known from an earlier identification
 
 
-class PayloadResult(parts.Result, frozen=True, kw_only=True, dict=True):
+class PayloadResult(Speaks, Document, frozen=True, kw_only=True, dict=True):
     """A payload by the methods that were used, and what only a weighing by a short motion tells.
 
     ``frame`` is where it is given, as text; ``assumed`` an inertia that was asked for instead of a measured one;

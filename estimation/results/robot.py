@@ -6,7 +6,7 @@ from typing import Any, Literal, Self
 import numpy as np
 from msgspec import UNSET, UnsetType, field
 
-from ...common import Array, InputError
+from ...common import Array, InputError, Speaks
 from ...common.schema import Document, Float, Matrix, Vector, WrongKeyError, at, present
 from ...model import BaseParameters, Robot
 from ...model.friction import friction_terms
@@ -140,7 +140,7 @@ class GainsTable(Document, frozen=True):
     rests_on: tuple[str, ...] | UnsetType = UNSET
 
 
-class GainsResult(parts.Result, frozen=True, kw_only=True, dict=True):
+class GainsResult(Speaks, Document, frozen=True, kw_only=True, dict=True):
     """Drive gains of a robot, and the recordings and the payload that they come from."""
 
     kind: Literal["gains"] = "gains"
@@ -189,7 +189,7 @@ class RobotData(Document, frozen=True):
     independent: float | UnsetType = field(default=UNSET, name="independent_rate_hz")
 
 
-class RobotResult(parts.Result, frozen=True, kw_only=True, dict=True):
+class RobotResult(Speaks, Document, frozen=True, kw_only=True, dict=True):
     """Base parameters of a robot, and what they belong to; ``fingerprint`` is of its description and drives."""
 
     kind: Literal["robot"] = "robot"
