@@ -69,11 +69,11 @@ class XmlEdits:
         """Give an element attributes, in the place of those of the same names."""
         begin, inside, _ = self._places[spot]
         tag = self._text[begin:inside]
-        there, end = {found[1]: found.span() for found in _ATTRIBUTE.finditer(tag)}, len(tag.rstrip("/> \t\r\n"))
-        # From the last one on, so that the places before it stay.
-        for (start, stop), name in sorted(((there.get(name, (end, end)), name) for name in values), reverse=True):
-            blank = "" if name in there else " "
-            tag = f"{tag[:start]}{blank}{name}={quoteattr(values[name])}{tag[stop:]}"
+        for name, value in values.items():
+            end = len(tag.rstrip("/> \t\r\n"))
+            there = {found[1]: found.span() for found in _ATTRIBUTE.finditer(tag)}
+            start, stop = there.get(name, (end, end))
+            tag = f"{tag[:start]}{'' if name in there else ' '}{name}={quoteattr(value)}{tag[stop:]}"
         self._changes.append((begin, inside, tag))
 
     def put(self, above: Element, elements: "Sequence[Element[Any]]", place: Element | str | None = None) -> None:
