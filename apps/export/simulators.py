@@ -45,7 +45,7 @@ from .robot import drive_attributes, drive_value, fields, flange_of, gravity_of,
 robot_format = partial(Format[WholeRobot], head=robot_head, first_line=FIRST)
 """Makes a function the format of a robot."""
 DRIVE = {"armature": "armature", "damping": "damping", "friction": "frictionloss"}
-"""Attributes of a joint or a tendon for its drive."""
+"""Attributes of a joint or a tendon in MJCF for its drive."""
 _UNKNOWN = 1e6  # URDF demands numbers for limits: this stands for none
 
 

@@ -256,20 +256,46 @@ def choose(naming: Naming, gains: Sequence[float] | None) -> tuple[dict[str, tup
     last torques or currents.
     """
     raw, log_map, robot, known = naming.raw, naming.log_map, naming.robot, naming.known
-    load, notes = _load(naming, gains)
+    n, currents, notes, is_plain = robot.n, naming.columns("current"), list[str](), known.names is PLAIN.names
+    named = f"{currents[0]}..{currents[-1]}"
+    if gains is None:
+        if naming.holds_currents_only:
+            fault = f"has currents ({named}) but no torques: give --drive-gains, {n} numbers in N·m/A"
+            by = "'dynident gains' identifies them, 'dynident check' estimates them from the weight of the links"
+            raise InputError(f"{raw.path}: {fault} ({by})")
+        # The controller's own prediction does not stand in the place of a measured torque.
+        computed = () if is_plain or naming.holds("torque") else naming.columns("torque_reference")
+        if computed and set(raw.names) >= set(computed):
+            fault = f"{computed[0]} and so on are what the controller computes, not what was measured"
+            raise InputError(f"{raw.path}: {fault}: record {currents[0]} and so on as well")
+    else:
+        if len(gains) != n:
+            raise InputError(
+                f"--drive-gains has {len(gains)} numbers, the robot has {n} joints: give one per joint"
+            )
+        wrong = [joint for joint, gain in enumerate(gains) if not math.isfinite(gain) or gain == 0.0]
+        if wrong:
+            fault = f"gain {wrong[0] + 1} is {gains[wrong[0]]}: give a number other than zero in N·m/A"
+            raise InputError(f"--drive-gains: {fault}")
+        if not naming.holds("current"):
+            raise InputError(
+                f"{raw.path}: --drive-gains is given, but the file has no currents {named}: omit the option"
+            )
+        notes += ["has torques too; currents and drive gains are used"] * naming.holds("torque")
+    load = "torque" if gains is None else "current"
     speeds = naming.holds("velocity") or log_map.velocity.columns
     columns = dict[str, tuple[str, ...]]({"time": naming.time[:1]} if naming.time[0] else {})
     columns |= {kind: naming.columns(kind) for kind in ("position", *["velocity"] * bool(speeds), load)}
     by_name = not any(log_map.quantity(kind).columns for kind in QUANTITIES)
-    if by_name and known.names is not PLAIN.names:
-        if known.size > robot.n and not known.joints and not known.more:
-            fault = f"holds {known.size} joints ({known.title}), but robot {robot.name!r} has {robot.n}"
+    if by_name and not is_plain:
+        if known.size > n and not known.joints and not known.more:
+            fault = f"holds {known.size} joints ({known.title}), but robot {robot.name!r} has {n}"
             raise InputError(f"{raw.path}: {fault}: is it the right robot?")
         notes = [f"columns of: {known.title}"] * (known.names is not NAMED.names) + notes
     # Near misses of the names of plain columns.
-    plain = {"t"}.union(*(PLAIN.expanded(PLAIN.columns[kind][0], (), robot.n) for kind in QUANTITIES))
+    plain = {"t"}.union(*(PLAIN.expanded(PLAIN.columns[kind][0], (), n) for kind in QUANTITIES))
     exact = {*plain, time_column(raw.names, PLAIN)}
-    for name in raw.names if by_name and known.names is PLAIN.names else ():
+    for name in raw.names if by_name and is_plain else ():
         if name in exact:
             continue
         match = re.fullmatch(r"([a-z]+?)0*(\d*)", re.sub(r"[\[(].*?[\])]|[^a-z0-9]", "", name.lower()))
@@ -277,7 +303,7 @@ def choose(naming: Naming, gains: Sequence[float] | None) -> tuple[dict[str, tup
         if meant in plain and (meant not in raw.names or meant == name.strip().lower()):
             raise InputError(f"{raw.path}: column {name!r} looks like {meant!r}: rename it, or give a log map")
         if re.fullmatch(r"(q|qd|tau|i)(\d+)", name):
-            joints = f"robot {robot.name!r} has {robot.n} joints"
+            joints = f"robot {robot.name!r} has {n} joints"
             raise InputError(f"{raw.path}: column {name!r}, but {joints}: is it the right robot?")
     names = list(chain.from_iterable(columns.values()))
     if twice := [name for name in names if raw.names.count(name) > 1]:
@@ -287,32 +313,6 @@ def choose(naming: Naming, gains: Sequence[float] | None) -> tuple[dict[str, tup
     if ignored := [name for name in raw.names if name not in used]:
         notes = [*notes, f"columns not used: {in_a_row(ignored)}"]
     return columns, notes
-
-
-def _load(naming: Naming, gains: Sequence[float] | None) -> tuple[str, list[str]]:
-    path, n, there = naming.raw.path, naming.robot.n, set(naming.raw.names)
-    currents = naming.columns("current")
-    named = f"{currents[0]}..{currents[-1]}"
-    if gains is None:
-        if naming.holds_currents_only:
-            fault = f"has currents ({named}) but no torques: give --drive-gains, {n} numbers in N·m/A"
-            by = "'dynident gains' identifies them, 'dynident check' estimates them from the weight of the links"
-            raise InputError(f"{path}: {fault} ({by})")
-        # The controller's own prediction does not stand in the place of a measured torque.
-        plain = naming.known.names is PLAIN.names
-        computed = () if plain or naming.holds("torque") else naming.columns("torque_reference")
-        if computed and there >= set(computed):
-            fault = f"{computed[0]} and so on are what the controller computes, not what was measured"
-            raise InputError(f"{path}: {fault}: record {currents[0]} and so on as well")
-        return "torque", []
-    if len(gains) != n:
-        raise InputError(f"--drive-gains has {len(gains)} numbers, the robot has {n} joints: give one per joint")
-    for joint, gain in enumerate(gains, 1):
-        if not math.isfinite(gain) or gain == 0.0:
-            raise InputError(f"--drive-gains: gain {joint} is {gain}: give a number other than zero in N·m/A")
-    if not naming.holds("current"):
-        raise InputError(f"{path}: --drive-gains is given, but the file has no currents {named}: omit the option")
-    return "current", ["has torques too; currents and drive gains are used"] * naming.holds("torque")
 
 
 def check_missing(raw: RawLog, columns: Sequence[str]) -> None:

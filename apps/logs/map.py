@@ -161,26 +161,6 @@ class Quantity(Table, frozen=True):
         force_setattr(self, "columns", listed(self.columns))
         force_setattr(self, "unit", tuple(_SPELLINGS.get(unit, unit) for unit in listed(self.unit)))
 
-    def check(self, kind: str) -> None:
-        """Refuse what contradicts itself, and what no quantity of this kind has."""
-        if kind in REFERENCES:
-            if not self.columns:
-                raise WrongKeyError("columns", "name the columns")
-            if self != Quantity(self.columns, self.unit):
-                raise ValueError("give columns and unit; side, sign and zero are those of the measured quantity")
-            if "percent" in self.unit:
-                raise WrongKeyError("unit", "percent needs a rated value: give N·m")
-        if any(abs(sign) != 1.0 for sign in self.sign):
-            raise ValueError("sign must be 1 or -1")
-        if self.rated and "percent" not in self.unit:
-            raise ValueError("rated goes with the unit percent: what 100 percent is, for each joint")
-        if self.side == "motor" and kind == "current":
-            raise ValueError("a current has no side: remove 'side'; the drive gains include it")
-        if (self.zero_deg or self.zero_m) and kind != "position":
-            raise ValueError("only positions have a zero")
-        for unit in self.unit:
-            factor(REFERENCES.get(kind, kind), unit)
-
 
 class ToolColumns(Table, frozen=True):
     """Columns of the tool's position and, perhaps, of its axes, in any fixed frame.
@@ -239,10 +219,29 @@ class LogMap(Table, frozen=True):
 
     def __post_init__(self) -> None:
         force_setattr(self, "joints", listed(self.joints))
+        # What contradicts itself, and what no quantity of its kind has.
         for kind in (*QUANTITIES, *REFERENCES):
+            stated: Quantity = getattr(self, kind) or Quantity()
             with at(kind):
-                if stated := getattr(self, kind):
-                    stated.check(kind)
+                if kind in REFERENCES and getattr(self, kind):
+                    if not stated.columns:
+                        raise WrongKeyError("columns", "name the columns")
+                    if stated != Quantity(stated.columns, stated.unit):
+                        raise ValueError(
+                            "give columns and unit; side, sign and zero are those of the measured quantity"
+                        )
+                    if "percent" in stated.unit:
+                        raise WrongKeyError("unit", "percent needs a rated value: give N·m")
+                if any(abs(sign) != 1.0 for sign in stated.sign):
+                    raise ValueError("sign must be 1 or -1")
+                if stated.rated and "percent" not in stated.unit:
+                    raise ValueError("rated goes with the unit percent: what 100 percent is, for each joint")
+                if stated.side == "motor" and kind == "current":
+                    raise ValueError("a current has no side: remove 'side'; the drive gains include it")
+                if (stated.zero_deg or stated.zero_m) and kind != "position":
+                    raise ValueError("only positions have a zero")
+                for unit in stated.unit:
+                    factor(REFERENCES.get(kind, kind), unit)
         if any(self.quantity(kind).side == "motor" for kind in QUANTITIES) and not self.motor:
             raise ValueError("motor side without gear ratios: give [motor] gear_ratios")
         if len(set(self.joints)) != len(self.joints):

@@ -5,14 +5,8 @@ from typing import Any
 import numpy as np
 import pytest
 from dynident import trajectories
-from dynident.apps.export.motions import (
-    FORMATS,
-    WrittenMotion,
-    check_urscript,
-    check_val3,
-    design_head,
-    val3_replay,
-)
+from dynident.apps.export import motions
+from dynident.apps.export.motions import FORMATS, WrittenMotion, design_head, val3_replay
 from dynident.apps.report.documents import NearResult, near_document
 from dynident.common.errors import InputError
 from dynident.model import InertialParameters, load_robot
@@ -177,8 +171,8 @@ def test_what_has_no_place_is_refused(designs: dict[str, trajectories.Design]) -
     rx90 = designs["rest"].problem.robot
     for name in ("", "9lives", "two words", "longer_than_fifteen_letters", "_x"):
         with pytest.raises(InputError, match="not a VAL3 application name"):
-            check_val3(rx90, True, name)
+            motions.check_val3(rx90, True, name)
     with pytest.raises(InputError, match="six joints that turn"):
-        check_urscript(SCARA, 500.0)
+        motions.check_urscript(SCARA, 500.0)
     with pytest.raises(InputError, match="six joints that turn"):
-        check_val3(SCARA, True, "x")
+        motions.check_val3(SCARA, True, "x")
