@@ -84,15 +84,6 @@ def load_robot(name: str | Path, base: str | None = None, tip: str | None = None
     raise InputError(f"no robot {str(name)!r}: {hint}{among}")
 
 
-def _read(path: str | Path) -> Robot:
-    table = read_toml(path, RobotTable)
-    with naming(path):
-        return table.robot()
-
-
-_read_shipped = cache(_read)  # once a process: a search over all of them asks again and again
-
-
 def robot_toml(robot: Robot, source: str = "") -> str:
     """Write a robot's description as the text of a TOML file, as ``load_robot`` reads it.
 
@@ -272,26 +263,28 @@ class RobotTable(Table, frozen=True, kw_only=True):
     processing: ProcessingTable = ProcessingTable()
     parameters: dict[str, Real] = field(default_factory=dict)
 
-    def robot(self) -> Robot:
-        """Make the robot."""
-        for name in self.sources:
+
+def _read(path: str | Path) -> Robot:
+    table = read_toml(path, RobotTable)
+    with naming(path):
+        for name in table.sources:
             if name not in SOURCED:
                 raise WrongKeyError(f"sources.{name}", unknown(SOURCED, name))
         joints = []
-        for number, joint in enumerate(self.joints, start=1):
+        for number, joint in enumerate(table.joints, start=1):
             with at(f"joints[{number}]"):
-                joints.append(joint.joint(self.lengths))
+                joints.append(joint.joint(table.lengths))
         with at("drives"):
-            table, spring = self.drives, self.drives.spring
+            own, spring = table.drives, table.drives.spring
             for key in ("rotor_inertia", "coupling"):
-                if table.side == "link" and getattr(table, key):
+                if own.side == "link" and getattr(own, key):
                     raise WrongKeyError(key, "sensors on the link side do not see it: remove it")
-            values: dict[str, Any] = {"rotor_inertia": table.rotor_inertia, "offsets": table.offsets}
-            names = ("FS", "FV") * table.friction if isinstance(table.friction, bool) else table.friction
+            values: dict[str, Any] = {"rotor_inertia": own.rotor_inertia, "offsets": own.offsets}
+            names = ("FS", "FV") * own.friction if isinstance(own.friction, bool) else own.friction
             with at("friction"):
                 values["friction"] = names if names is None else friction_terms(names)
             with at("coupling"):
-                values["coupling"] = table.coupling and Coupling(table.coupling.joints, table.coupling.coulomb)
+                values["coupling"] = own.coupling and Coupling(own.coupling.joints, own.coupling.coulomb)
             with at("spring"):
                 if spring:
                     rows = tuple((math.radians(angle), torque) for angle, torque in spring.table)
@@ -301,25 +294,25 @@ class RobotTable(Table, frozen=True, kw_only=True):
             # Sensors behind the gears see no rotor and no friction, and have an offset of their own.
             behind: dict[str, Any] = {"rotor_inertia": False, "friction": (), "offsets": True}
             given = {key: value for key, value in values.items() if value is not None}
-            drives = Drives(side=table.side, **behind | given if table.side == "link" else given)
+            drives = Drives(side=own.side, **behind | given if own.side == "link" else given)
         with at("processing"):
-            values, fraction = structs.asdict(self.processing), self.processing.slow_fraction
+            values, fraction = structs.asdict(table.processing), table.processing.slow_fraction
             if values["slow_speed"] is None:  # where nothing is said of slow rows, the usual speed counts
                 speed = usual_slow_speed([joint.revolute for joint in joints])
                 values["slow_speed"] = speed if fraction is None else 0.0
             processing = Processing(**values | {"slow_fraction": fraction or 0.0})
-        same: dict[str, Any] = {key: getattr(self, key) for key in _SAME}
+        same: dict[str, Any] = {key: getattr(table, key) for key in _SAME}
         with at("robot"):
             robot = Robot(
-                **same | {"payload_frame": self.payload_frame or f"frame {len(joints)} (modified DH)"},
+                **same | {"payload_frame": table.payload_frame or f"frame {len(joints)} (modified DH)"},
                 joints=tuple(joints),
                 drives=drives,
-                flange=self.flange.pose(),
-                base=self.base.pose(),
-                rated_payload=math.inf if self.rated_payload_kg is None else self.rated_payload_kg,
-                mass=self.mass_kg,
-                flange_pose=self.flange_in_payload_frame.pose() if self.flange_in_payload_frame else None,
-                sources={name: text for name, text in self.sources.items() if text},
+                flange=table.flange.pose(),
+                base=table.base.pose(),
+                rated_payload=math.inf if table.rated_payload_kg is None else table.rated_payload_kg,
+                mass=table.mass_kg,
+                flange_pose=table.flange_in_payload_frame.pose() if table.flange_in_payload_frame else None,
+                sources={name: text for name, text in table.sources.items() if text},
                 processing=processing,
             )
         known = {*standard_columns(robot), *standard_columns(robot.with_offsets(True))}
@@ -328,6 +321,8 @@ class RobotTable(Table, frozen=True, kw_only=True):
                 raise WrongKeyError(f"parameters.{key}", "not a standard parameter of this robot")
         return robot
 
+
+_read_shipped = cache(_read)  # once a process: a search over all of them asks again and again
 
 _Bounded = Annotated[float, Meta(ge=-1e6, le=1e6)]
 Three = tuple[_Bounded, _Bounded, _Bounded]
