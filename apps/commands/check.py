@@ -77,14 +77,13 @@ class _Verify(PageOptions, RecordingOptions, without=_STILL):
 
     def __call__(self) -> bool:
         setup = self.setup()
-        robot, gains, how = setup.robot, setup.gains, setup.log_map
         given = [logs.grouped(paths) for paths in (self.before, self.after)]
         for several in given:
             if several[1:]:
                 raise InputError(f"{', '.join(map(str, several))}: give one recording, or its files, one a signal")
-        old, new = (read_following(own[0], robot, gains, how) for own in given)
-        change = following_change(old, new, robot.processing.still_speed)
-        self.give(sections.following_report(change, robot), lambda: change, {})
+        old, new = (read_following(own[0], setup.robot, setup.gains, setup.log_map) for own in given)
+        change = following_change(old, new, setup.robot.processing.still_speed)
+        self.give(sections.following_report(change, setup.robot), lambda: change, {})
         return not (change.tells and change.total.clear == "rose")
 
 
@@ -129,8 +128,7 @@ class _Reduce(PageOptions, RecordingOptions, without=("report", "plots")):
         recipe = Recipe(setup.processing, setup.gains, self.settings(setup, silent).gains, setup.log_map)
         executor = dask_executor(self.cluster) if self.cluster else nullcontext(self.workers)
         with status("reducing") as progress, executor as able:
-            told = partial(progress, "reducing")
-            reduced = reduce_fleet(entries, setup.robot, self.store, recipe, able, told)
+            reduced = reduce_fleet(entries, setup.robot, self.store, recipe, able, partial(progress, "reducing"))
         if lost := reduced.workers_lost:
             note(f"workers were lost {lost} times and replaced: nothing is lost, nothing counts twice")
         self.give(sections.reduced_report(reduced), lambda: reduced, {})

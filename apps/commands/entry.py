@@ -69,23 +69,21 @@ class Call:
                     files += [(shown_name(argument), part, token.value) for token in argument.tokens]
         return files
 
-    def settings_file(self, page: str) -> Path | None:
-        """The file beside a report that repeats the run; None beside a pipe, or if it was made from that file."""
-        path = Path(page).with_suffix(".run.toml")
-        own = any(place_of(config) == place_of(path) for _, mark, config in self.files if mark.role == "options")
-        return None if own or is_device(Path(page)) else path
-
-    def settings_text(self) -> str:
-        """A file for ``--config`` that repeats this line: each option by its name without dashes."""
+    def settings(self, page: str) -> tuple[Path, str] | None:
+        """A file for ``--config`` beside a report that repeats the run; None beside a pipe, or if made from it."""
         from ...common.schema import toml_text
 
+        path = Path(page).with_suffix(".run.toml")
+        own = any(place_of(config) == place_of(path) for _, mark, config in self.files if mark.role == "options")
+        if own or is_device(Path(page)):
+            return None
         table: dict[str, Any] = {"command": self.command}
         for argument in self.arguments:
             tokens = argument.tokens if argument.name != "--config" else []
             values = [token.value if token.implicit_value is UNSET else token.implicit_value for token in tokens]
             if values:
                 table[argument.name.lstrip("-")] = values[0] if len(values) == 1 else values
-        return f"{_HEAD}{self.command} --config THIS_FILE\n{toml_text(table)}"
+        return path, f"{_HEAD}{self.command} --config THIS_FILE\n{toml_text(table)}"
 
 
 CALL: ContextVar[Call] = ContextVar("call")
@@ -283,7 +281,8 @@ def check_paths(call: Call) -> None:
     """Refuse what cannot be written, or would overwrite an input or another output, before any work is done."""
     named = call.files
     for page in [path for name, _, path in named if name == "--report" and Path(path).name]:
-        if (beside := call.settings_file(page)) is not None:
+        if (settings := call.settings(page)) is not None:
+            beside = settings[0]
             if beside.is_file() and not beside.read_bytes().startswith(_HEAD.encode()):
                 raise InputError(
                     f"--report {page!r}: {beside} beside it would be overwritten, which holds no options of a "

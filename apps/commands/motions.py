@@ -62,10 +62,7 @@ _Rate = Annotated[float, word(positive_number, "HZ")]
 
 
 class LimitOptions(ViewOptions, PageOptions, RobotOptions, group=LIMITS):
-    """Limits of the joints, the robot's parameters for its torques, the scene; and the noise of a recording.
-
-    The noise is told, what an earlier recording shows, or assumed.
-    """
+    """Limits of the joints, the robot's parameters for its torques, the scene; and the noise of a recording."""
 
     # A scene names its own floor.
     rules: ClassVar = {"within": ("heaviest_payload",), "no_floor": "scene", "like": "torque_noise"}
@@ -268,11 +265,8 @@ class MotionFiles(LimitOptions, group=FILES):
         return design
 
     def check_replays(self, problem: trajectories.DesignProblem, written: WrittenMotion, *estimated: str) -> None:
-        """Refuse files whose controllers, by their own interpolation, break a limit or touch something.
-
-        The problem's limits count, whole: what a design leaves free of the torques is for this. The replay of some
-        formats is ``estimated``, too roughly to refuse a motion for.
-        """
+        """Refuse files whose controllers break a limit or touch something; some are only ``estimated``."""
+        # Whole limits count: what a design leaves free of the torques is for this.
         problem = problem.with_torque_share(1.0 / (1.0 - self.torque_margin))
         for name, (_, motion) in self.asked(written).items():
             form = motions.FORMATS[name]

@@ -7,6 +7,7 @@ import shlex
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -17,13 +18,14 @@ from msgspec import structs
 from ... import estimation, model
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ...common.files import checksum, write_text
+from ...common.files import checksum, made_folder, write_text
 from ...common.progress import Progress, each
 from ...common.schema import json_text, write_json
 from .. import logs, results, view
 from ..logs.map import COMMAND_LINE
 from ..numbers import placed
-from ..report.blocks import Report, page_html, print_report, write_plots
+from ..report.blocks import Report, page_html, print_report
+from ..report.figures import save_figure
 from . import values
 from .entry import CALL, FILES, LOGS, SETTING, Options, about, note, shown, status
 from .values import Reads, numbers, texts, word
@@ -52,10 +54,7 @@ class RobotOptions(Options):
     its frame [m/s^2]."""
 
     def load(self) -> model.Robot:
-        """The robot as it is mounted, with the payload's frame and the mass that are asked for where they can be.
-
-        A note tells each angle that was taken as a right one.
-        """
+        """The robot as it is mounted, with the payload's frame and the mass that are asked for."""
         robot = model.load_robot(self.robot, *(self.chain or (None, None)))
         for angle in robot.snapped:
             note(f"{self.robot}: {angle}")
@@ -216,10 +215,7 @@ class RecordingOptions(RobotOptions, group=LOGS):
         unloaded: Sequence[model.Recording] = (),
         **asked: Any,
     ) -> estimation.Settings:
-        """Settings by the names of options, or as ``asked``; where one is None the default counts.
-
-        The recordings tell which of them the drive gains were identified from.
-        """
+        """Settings by the names of options, or as ``asked``; where one is None the default counts."""
         # What is said now goes before what was said then: the drives are the same, and so is their error.
         now, then = setup.identified, setup.stored.gains if setup.stored else None
         if (gains := now or then) is not None:
@@ -258,10 +254,7 @@ class PageOptions(Options, group=FILES):
             print_report(shown, self.details, sys.stderr if self.json == "-" else None)
 
     def give(self, shown: Report, document: Callable[[], Any], settings_text: Mapping[str, str]) -> None:
-        """Print the screen; write the document, which is made only then, page and figures, all as far as asked for.
-
-        ``settings_text``: of processing.
-        """
+        """Print the screen; write the document, which is made only then, page and figures, as far as asked for."""
         self.show(shown)
         if self.json == "-":
             sys.stdout.write(json_text(document()).decode())
@@ -275,10 +268,14 @@ class PageOptions(Options, group=FILES):
             files = [(role, path, checksum(path)) for role, path in read if role != "options"]
             line = shlex.join(["dynident", *call.words])
             write_text(self.report, page_html(shown, line, files, settings_text))
-            if (beside := call.settings_file(self.report)) is not None:
-                write_text(beside, call.settings_text())
+            if (beside := call.settings(self.report)) is not None:
+                write_text(*beside)
         if self.plots:
-            write_plots(self.plots, shown)
+            if not (drawings := list(shown.drawings())):
+                raise InputError("plots: there is nothing to draw")
+            folder = made_folder(self.plots)
+            for drawing, ending in product(drawings, ("png", "svg", "pdf")):
+                save_figure(drawing.figure, folder / f"{drawing.name}.{ending}")
 
 
 _EQUATIONS = Parameter(group=FILES, help="Write W, Y, weights and triangular factors for your own solver.")

@@ -199,10 +199,7 @@ def reduced_experiment(experiment: trajectories.Experiment, progress: Progress =
 
 
 class _Demo(PageOptions):
-    """Simulate, identify by all four methods, and print the payload beside the truth.
-
-    The report goes into the folder of the results unless another place is named.
-    """
+    """Simulate, identify by all four methods, and print the payload beside the truth."""
 
     out: NewFolder = "demo"
     """Folder of the results (default: demo)."""

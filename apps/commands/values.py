@@ -202,10 +202,7 @@ def frame(text: str) -> Pose:
 
 
 def word(read: Callable[[str], Any], metavar: str, count: int | None = 1) -> Parameter:
-    """A value that is read from one word, which may begin with a minus, or from a ``count`` of words.
-
-    These, and a list in a file, are joined by commas. Without a count each option is a value, any number of them.
-    """
+    """A value of one word, perhaps with a minus, or of ``count`` joined by commas; without it of each word."""
 
     def converted(_: object, tokens: Sequence[Token]) -> Any:
         words = [token.value for token in tokens]

@@ -15,7 +15,6 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from functools import cache, cached_property
-from pathlib import Path
 from shutil import get_terminal_size
 from typing import IO, TYPE_CHECKING, Literal, NamedTuple
 
@@ -26,9 +25,8 @@ from rich.text import Text as Line
 
 from ... import __version__
 from ...common.errors import InputError, printable
-from ...common.files import made_folder
 from ...common.versions import versions
-from .figures import Figure, figure_bytes, save_figure
+from .figures import Figure, figure_bytes
 
 if TYPE_CHECKING:
     from jinja2 import Template
@@ -159,31 +157,24 @@ def leaves(blocks: Iterable[Block], page: bool = False) -> Iterator[Table | Text
 
 
 def print_report(report: Report, details: bool = False, stream: IO[str] | None = None) -> None:
-    """Print what fits on a screen of 25 lines and how much is left out, or all of it, with ``details``.
-
-    A table wider than the terminal is printed in parts, one below the other.
-    """
+    """Print what fits on a screen of 25 lines and how much is left out, or all of it, with ``details``."""
     width, stream = max(get_terminal_size((COLUMNS, LINES)).columns, _FEWEST), stream or sys.stdout
     try:
-        stream.writelines(f"{printable(line)}\n" for line in _screen(report, details, width))
+        stream.writelines(f"{line}\n" for line in screen_lines(report, details, width))
         stream.flush()
     except BrokenPipeError:  # `| head` has seen enough, files are still written
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
-def screen_text(report: Report, details: bool = False) -> str:
-    """The screen as text, 80 columns wide."""
-    return "\n".join(map(printable, _screen(report, details, COLUMNS))).rstrip("\n")
-
-
-def _screen(report: Report, details: bool, width: int) -> list[str]:
+def screen_lines(report: Report, details: bool = False, width: int = COLUMNS) -> list[str]:
+    """Lines of the screen, or with ``details`` of all that a terminal shows."""
     blocks = list(leaves(report.first))
     if details:
         for section in report.sections:
             if inside := list(leaves(section.blocks)):
                 blocks += [Text(""), Text(section.title.upper()), *inside]
         blocks += [Text(""), Notes(report.notes)] if report.notes else []
-        return [line for block in blocks for line in _lines(block, width)]
+        return [printable(line) for block in blocks for line in _lines(block, width)]
     shown = [_lines(block, width, first=True) for block in blocks]
     room, left_out, said = LINES - 1 - sum(map(len, shown)), 0, set[str]()
     for lines, block in zip(shown, blocks, strict=True):
@@ -200,7 +191,7 @@ def _screen(report: Report, details: bool, width: int) -> list[str]:
     notes = [f"{left_out} more note{'s' * (left_out > 1)}"] if left_out else []
     if notes or report.more:
         shown.append(_wrapped(f"--details: {'; '.join([*notes, *filter(None, [report.more])])}", width)[:1])
-    return [line for lines in shown for line in lines]
+    return [printable(line) for lines in shown for line in lines]
 
 
 def _lines(table: Table | Text | Notes | Drawing, width: int, first: bool = False) -> list[str]:
@@ -256,17 +247,6 @@ def _wrapped(line: str, width: int) -> list[str]:
     """A line as wide as the terminal; an item of a list stays to the right of its dash."""
     indent = " " * (len(line) - len(line.lstrip(" -")))
     return textwrap.wrap(line, width, subsequent_indent=indent, break_on_hyphens=False) or [""]
-
-
-def write_plots(folder: str | Path, report: Report) -> None:
-    """Write the figures as PNG, SVG and PDF; the folder is made if missing, a report without figures refused."""
-    drawings = list(report.drawings())
-    if not drawings:
-        raise InputError("plots: there is nothing to draw")
-    folder = made_folder(folder)
-    for drawing in drawings:
-        for ending in ("png", "svg", "pdf"):
-            save_figure(drawing.figure, folder / f"{drawing.name}.{ending}")
 
 
 def page_html(

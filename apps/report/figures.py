@@ -34,10 +34,7 @@ VIEWS = {"from the side": (0, 2), "from the front": (1, 2), "from above": (0, 1)
 def panels(
     size: tuple[float, float], rows: int = 1, columns: int = 1, framed: bool = False, **options: Any
 ) -> tuple[Figure, Any]:
-    """A figure of width and height [inches] and its panels, shape (rows, columns); ``options``: of ``subplots``.
-
-    Panels have a light grid and no frame at the top and the right, unless they are ``framed``.
-    """
+    """A figure of width and height [inches] and its panels, shape (rows, columns); ``options``: of ``subplots``."""
     import matplotlib.figure  # when the first one is drawn
 
     figure: Any = matplotlib.figure.Figure(figsize=size, layout="constrained")
@@ -179,10 +176,7 @@ def save_figure(figure: Figure, path: str | Path, dpi: int = 130) -> None:
 
 
 def figure_bytes(figure: Figure, ending: str = ".svg", name: str = "", dpi: int = 130) -> bytes:
-    """A figure as a file; with a ``name`` of a page, whose text stays text, its identifiers its own.
-
-    Names of robots and files are no formulas, whatever dollars they hold.
-    """
+    """A figure as a file; with a ``name`` of a page, whose text stays text, its identifiers its own."""
     import matplotlib.text
 
     content = io.BytesIO()
@@ -191,7 +185,7 @@ def figure_bytes(figure: Figure, ending: str = ".svg", name: str = "", dpi: int 
     if name:
         settings |= {"svg.fonttype": "none", "axes.unicode_minus": True}
         left_out = ["Date", "Creator", "Format", "Type"]
-    for text in figure.findobj(matplotlib.text.Text):
+    for text in figure.findobj(matplotlib.text.Text):  # names of robots and files are no formulas
         text.set_parse_math(False)
     with matplotlib.rc_context(settings):
         figure.draw_without_rendering()  # laid out once, for that takes longest

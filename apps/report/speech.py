@@ -20,7 +20,7 @@ from ..export.controllers import FORMATS
 from ..export.load import load_of
 from ..logs.log_check import LogReport
 from ..numbers import SIX
-from .blocks import Report, blocks_html, leaves, page_html, screen_text
+from .blocks import Report, blocks_html, leaves, page_html, screen_lines
 from .documents import JudgedMotion, check_document, design_document
 from .figures import Figure
 from .sections.motion import design_report
@@ -54,7 +54,7 @@ def _report(answer: object, drawn: bool = False) -> Report:
 @one_thread()
 def summary(answer: object, details: bool) -> str:
     """The screen as text."""
-    return screen_text(_report(answer), details)
+    return "\n".join(screen_lines(_report(answer), details)).rstrip("\n")
 
 
 @one_thread()

@@ -172,10 +172,7 @@ def view_of_answer(robot: Robot, recording: Recording, result: PayloadResult) ->
 
 
 def ground_of(robot: Robot, frames: Sequence[tuple[Pose, ...]], scene: Scene) -> tuple[float, list[Shape]]:
-    """Height of the scene's floor, and what the arm stands on there, in frame 0.
-
-    Without a floor, which no description has, it is the base's own plane, or the lowest place of the arm below it.
-    """
+    """Height of the scene's floor, or of the base's plane or the arm's lowest place; what the arm stands on."""
     first, radius = frames[0][0], cylinder_radius(robot)
     lowest = min(float(pose.p[2]) for poses in frames for pose in poses)
     ups = [first.R @ surface.normal / np.linalg.norm(surface.normal) for surface in scene.surfaces]
@@ -222,11 +219,8 @@ def plane(normal: Sequence[float], offset: float, half: float) -> Trimesh:
 
 
 def inertia_axes(mass: float, inertia: Array) -> Array:
-    """Half axes of the homogeneous ellipsoid of a mass [kg] and an inertia about its centre [kg m^2], 3 x 3 [m].
-
-    Second moments of an ellipsoid are m a^2 / 5; those of a body tr(I)/2 - I. Negative ones, which no body has,
-    count as zero.
-    """
+    """Half axes of the homogeneous ellipsoid of a mass [kg] and an inertia about its centre [kg m^2], 3 x 3 [m]."""
+    # Second moments of an ellipsoid are m a^2 / 5; those of a body tr(I)/2 - I, negative ones being no body's.
     moments, directions = np.linalg.eigh(0.5 * np.trace(inertia) * np.eye(3) - inertia)
     return np.asarray(directions * np.sqrt(5.0 * np.maximum(moments, 0.0) / mass))
 
@@ -313,54 +307,49 @@ def html_of(view: View) -> str:
     with contextlib.redirect_stdout(io.StringIO()), contextlib.ExitStack() as at_last:
         server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
         at_last.callback(server.stop)
-        page = _played(server, view)
+        scene, frames, meshes = server.scene, [], []  # a node for each frame, and below it what is fixed to it
+        scene.set_up_direction("+z")
+        points = np.array([pose.p for poses in view.frames for pose in poses])
+        middle, size = 0.5 * (points.min(axis=0) + points.max(axis=0)), float(np.ptp(points, axis=0).max())
+        server.initial_camera.look_at = middle
+        server.initial_camera.position = middle + (size + 0.3) * np.array([0.75, -0.85, 0.5])
+        ground = (0.0, 0.0, view.ground)
+        scene.add_grid(*("/ground", 4.0, 4.0), cell_size=0.1, section_size=1.0, shadow_opacity=0.0, position=ground)
+        for number, pose in enumerate(view.frames[0]):
+            turn = quaternion(pose.R).tolist()
+            frames.append(scene.add_frame(f"/{number}", show_axes=False, wxyz=turn, position=pose.origin))
+        for shape in view.shapes:
+            name = f"/{shape.frame}/{shape.name.replace('/', ', ')}"
+            mesh = scene.add_mesh_simple(
+                *(name, shape.mesh.vertices.astype(np.float32), shape.mesh.faces.astype(np.uint32)),
+                color=shape.colour,
+                opacity=None if shape.opacity >= 1.0 else shape.opacity,
+                side="double",
+                visible=shape.shown is None or bool(shape.shown[0]),
+                cast_shadow=False,
+                receive_shadow=False,
+            )
+            meshes += [(mesh, shape.shown)] if shape.shown is not None else []
+        if len(view.path) > 1:
+            pieces = np.stack([view.path[:-1], view.path[1:]], axis=1).astype(np.float32)
+            colours = np.repeat(view.path_colours[:, None], 2, axis=1)
+            scene.add_line_segments("/path of the flange", pieces, colours, thickness=3.0, thickness_units="screen")
+        serialiser = server.get_scene_serializer()
+        for k in range(1, len(view.times)):
+            serialiser.insert_sleep(float(view.times[k] - view.times[k - 1]))
+            for frame, before, pose in zip(frames, view.frames[k - 1], view.frames[k], strict=True):
+                if np.abs(pose.p - before.p).max() > _STILL:
+                    frame.position = pose.origin
+                if np.abs(pose.R - before.R).max() > _STILL:
+                    frame.wxyz = quaternion(pose.R).tolist()
+            for mesh, shown in meshes:
+                if shown[k] != shown[k - 1]:
+                    mesh.visible = bool(shown[k])
+        serialiser.insert_sleep(_LAST)
+        page = str(serialiser.as_html())
     mark = '<div><span style="color:rgb{}">&#9632;</span> {}</div>'
     rows = "".join(mark.format(colour, escape(text)) for colour, text in view.legend)
     style = "position:fixed;left:8px;bottom:52px;padding:6px 10px;background:#fffd;color:#222;font:12px sans-serif;"
     summary = f"<summary>{escape(view.title)}</summary>"  # a click closes it on a narrow page
     legend = f'<details open style="{style}border-radius:6px">{summary}{rows}</details>'
     return page.replace("</body>", f"{legend}</body>", 1)
-
-
-def _played(server: Any, view: View) -> str:
-    """The scene at the first time, a node for each frame and below it what is fixed to it; then its movement."""
-    scene, frames, meshes = server.scene, [], []
-    scene.set_up_direction("+z")
-    points = np.array([pose.p for poses in view.frames for pose in poses])
-    middle, size = 0.5 * (points.min(axis=0) + points.max(axis=0)), float(np.ptp(points, axis=0).max())
-    server.initial_camera.look_at = middle
-    server.initial_camera.position = middle + (size + 0.3) * np.array([0.75, -0.85, 0.5])
-    ground = (0.0, 0.0, view.ground)
-    scene.add_grid(*("/ground", 4.0, 4.0), cell_size=0.1, section_size=1.0, shadow_opacity=0.0, position=ground)
-    for number, pose in enumerate(view.frames[0]):
-        turn = quaternion(pose.R).tolist()
-        frames.append(scene.add_frame(f"/{number}", show_axes=False, wxyz=turn, position=pose.origin))
-    for shape in view.shapes:
-        name = f"/{shape.frame}/{shape.name.replace('/', ', ')}"
-        mesh = scene.add_mesh_simple(
-            *(name, shape.mesh.vertices.astype(np.float32), shape.mesh.faces.astype(np.uint32)),
-            color=shape.colour,
-            opacity=None if shape.opacity >= 1.0 else shape.opacity,
-            side="double",
-            visible=shape.shown is None or bool(shape.shown[0]),
-            cast_shadow=False,
-            receive_shadow=False,
-        )
-        meshes += [(mesh, shape.shown)] if shape.shown is not None else []
-    if len(view.path) > 1:
-        pieces = np.stack([view.path[:-1], view.path[1:]], axis=1).astype(np.float32)
-        colours = np.repeat(view.path_colours[:, None], 2, axis=1)
-        scene.add_line_segments("/path of the flange", pieces, colours, thickness=3.0, thickness_units="screen")
-    serialiser = server.get_scene_serializer()
-    for k in range(1, len(view.times)):
-        serialiser.insert_sleep(float(view.times[k] - view.times[k - 1]))
-        for frame, before, pose in zip(frames, view.frames[k - 1], view.frames[k], strict=True):
-            if np.abs(pose.p - before.p).max() > _STILL:
-                frame.position = pose.origin
-            if np.abs(pose.R - before.R).max() > _STILL:
-                frame.wxyz = quaternion(pose.R).tolist()
-        for mesh, shown in meshes:
-            if shown[k] != shown[k - 1]:
-                mesh.visible = bool(shown[k])
-    serialiser.insert_sleep(_LAST)
-    return str(serialiser.as_html())

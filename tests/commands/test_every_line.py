@@ -330,7 +330,7 @@ def test_a_file_of_options_stands_for_a_command_line(tmp_path: Path) -> None:
 def test_the_file_of_a_run_repeats_it(line: str, tmp_path: Path) -> None:
     words = line.split()
     typed_options, call = parsed(words)
-    text, command = call.settings_text(), words[: 2 if words[0] == "robot" else 1]
+    (_, text), command = call.settings("b.html") or ("", ""), words[: 2 if words[0] == "robot" else 1]
     assert tomllib.loads(text)["command"] == " ".join(command)
     (tmp_path / "run.toml").write_text(text, encoding="utf-8")
     read, _ = parsed([*command, "--config", str(tmp_path / "run.toml")])

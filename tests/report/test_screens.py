@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from dynident import trajectories
 from dynident.apps.numbers import with_sigma
-from dynident.apps.report.blocks import COLUMNS, LINES, Block, Drawing, Notes, Report, Section, Table, screen_text
+from dynident.apps.report.blocks import COLUMNS, LINES, Block, Drawing, Notes, Report, Section, Table, screen_lines
 from dynident.apps.report.documents import DOCUMENTS, schema_text
 from dynident.apps.report.figures import figure_bytes, log_scale
 from dynident.apps.report.sections.motion import motion_figure
@@ -33,7 +33,7 @@ def test_a_screen_never_grows_beyond_its_lines(count: int, line: str) -> None:
     remarks = Notes([line] * count, optional=True)
     first: list[Block] = [Notes(["Verdict: use."]), remarks, SEVEN, Notes(["Next: go."])]
     screen = Report("", first, [Section("wide", "Wide", [WIDE])], "more")
-    lines = screen_text(screen).split("\n")
+    lines = screen_lines(screen)
     assert len(lines) <= LINES
     assert within("\n".join(lines))
     assert any(line.startswith("Next") for line in lines), "what must be seen is not pushed out by remarks"
@@ -43,7 +43,7 @@ def test_a_screen_never_grows_beyond_its_lines(count: int, line: str) -> None:
 def test_details_hold_every_word() -> None:
     first = [Notes([f"{LONG} {k}" for k in range(40)], optional=True)]
     screen = Report("", first, [Section("wide", "Wide", [WIDE])])
-    words = screen_text(screen, details=True).split()
+    words = "\n".join(screen_lines(screen, details=True)).split()
     assert words.count("goes") == 40 * 40
     assert words.count("-1234.567") == 20
     assert "--details:" not in words
@@ -51,7 +51,7 @@ def test_details_hold_every_word() -> None:
 
 @pytest.mark.parametrize("table", [WIDE, FOLDING, SEVEN], ids=["wide", "folding", "narrow"])
 def test_a_table_is_as_wide_as_the_terminal_at_most(table: Table) -> None:
-    shown = screen_text(Report("", [table]))
+    shown = "\n".join(screen_lines(Report("", [table])))
     assert within(shown)
     for row in table.rows:
         for cell in row:
@@ -64,7 +64,7 @@ def test_names_are_text(name: str) -> None:
     """Brackets and colons of names of robots and files are no markup."""
     table = Table(f"Robot {name}", (name, f"[{name}]"), [(name, "1")])
     notes = Notes([f"{name}: read"]), Notes([f"note of {name}"], optional=True)
-    shown = screen_text(Report("", [*notes, table], [], name))
+    shown = "\n".join(screen_lines(Report("", [*notes, table], [], name)))
     assert shown.count(name) == 7
 
 

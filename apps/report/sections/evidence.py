@@ -20,20 +20,9 @@ from ....estimation.results.parts import EliminationDocument, ProcessingDocument
 from ....estimation.results.payload import PayloadData, TorquePrediction, array
 from ....model import Recording
 from ...numbers import joined, percent, with_interval, with_sigma
+from .. import figures
 from ..blocks import Block, Drawing, Notes, OnPage, Section, Table, Text
-from ..figures import (
-    BLUE,
-    GREY,
-    LAG,
-    ORANGE,
-    Axes,
-    by_joint,
-    interval_rows,
-    legend,
-    log_scale,
-    named_panels,
-    panels,
-)
+from ..figures import BLUE, GREY, LAG, ORANGE, Axes
 
 _ROWS = 2000  # of a joint's torques that are drawn, at most
 _GAP = 2.5  # steps: a longer one is drawn as a gap
@@ -104,10 +93,7 @@ def conditioning(
 
 
 def explained(made: Any, used: Callable[[], Sequence[Recording]] = tuple) -> tuple[OnPage, Section, Section]:
-    """The worst joint's torque for the first page; all torques of some recordings ``used``; the excitation.
-
-    All are made when a page asks; parameters are called as they are grouped ("ZZ1R").
-    """
+    """The worst joint's torque for the first page; all torques of some recordings ``used``; the excitation."""
 
     def in_words(shown: TorquePrediction) -> str:
         load = "with payload" if shown.loaded else "without payload"
@@ -143,11 +129,11 @@ def explained(made: Any, used: Callable[[], Sequence[Recording]] = tuple) -> tup
         if shown is None:
             return []
         j = int(np.argmax(np.nan_to_num(shown.relative_per_joint, nan=-1.0)))
-        figure, ((above,), (below,)) = panels((5.8, 3.2), 2, sharex=True, height_ratios=(2, 1))
+        figure, ((above,), (below,)) = figures.panels((5.8, 3.2), 2, sharex=True, height_ratios=(2, 1))
         draw(shown, (above, below), j)
         above.set_ylabel(f"joint {j + 1} [N·m]")
         below.set(xlabel="time [s]", ylabel="residual")
-        legend(figure, [above])
+        figures.legend(figure, [above])
         caption = (
             f"Joint {j + 1}, the one that the model explains worst: residual "
             f"{100.0 * shown.relative_per_joint[j]:.1f} % of its torque, on {in_words(shown)}. Pauses and slow "
@@ -177,7 +163,7 @@ def explained(made: Any, used: Callable[[], Sequence[Recording]] = tuple) -> tup
                 f"Relative residuals of the joints in percent: {joined(100.0 * shown.relative_per_joint, '.1f')}."
             )
             columns = ("torque [N·m]", "residual [N·m]", LAG)
-            figure = by_joint(len(shown.t), columns, partial(draw, shown), width_ratios=(5, 3, 2))
+            figure = figures.by_joint(len(shown.t), columns, partial(draw, shown), width_ratios=(5, 3, 2))
             drawings.append(Drawing(f"torques_{k}", caption, figure, f"{caption} {told}"))
         joints = [f"joint {j}" for j in range(1, len(rows[0]))] if rows else []
         headings = ("norm of the residual over norm of the torque", *joints)
@@ -199,7 +185,7 @@ def explained(made: Any, used: Callable[[], Sequence[Recording]] = tuple) -> tup
             relative = percent(1.0 / float(own) if own else float("inf"))
             rows.append((name, f"{signal:.3g}", f"{own:.3g}", percent(float(ratio)), relative))
             weak += [name] if own < _GOOD else []
-        figure, (axis,) = named_panels([names])
+        figure, (axis,) = figures.named_panels([names])
         whole, alone = (np.clip(x, _LEAST, _MOST) for x in (excited.signal, excited.independent))
         places = np.arange(len(names))
         axis.vlines(places, alone, whole, color="0.6", linewidth=1.0)
@@ -207,8 +193,8 @@ def explained(made: Any, used: Callable[[], Sequence[Recording]] = tuple) -> tup
         axis.plot(places, alone, "o", color=BLUE, markersize=4, label="what no other parameter imitates")
         _limit(axis, _GOOD, "relative sigma 10 %")
         axis.set_ylabel("torque over noise")
-        log_scale(axis)
-        legend(figure, [axis])
+        figures.log_scale(axis)
+        figures.legend(figure, [axis])
         text = (
             "A parameter is well determined where its torque is large compared with the noise and no combination "
             "of others can imitate it. Sigmas here are the formula's, for white noise; they are relative, so a "
@@ -229,10 +215,7 @@ def explained(made: Any, used: Callable[[], Sequence[Recording]] = tuple) -> tup
 
 
 def joints_section(masses: Sequence[JointsMass], agreed: Sequence[float], name: str = "") -> Section:
-    """Mass by groups of joints and each joint's share; ``agreed``: by all together, and its interval [kg].
-
-    ``name``: of a known weight among several.
-    """
+    """Mass by joints and their shares; ``agreed``: by all, with its interval [kg]; ``name``: of a known weight."""
     known = np.array([(group.mass, *(group.interval95 or (None, None))) for group in masses], dtype=float)
     ratios = np.array([[array(of) for of in (group.share, group.share_sigma)] for group in masses])
     rows, told, single = list[tuple[str, ...]](), list[str](), [len(group.joints) == 1 for group in masses]
@@ -248,9 +231,9 @@ def joints_section(masses: Sequence[JointsMass], agreed: Sequence[float], name: 
     )
 
     def draw() -> list[Block]:
-        figure, ((left, right),) = panels((9.0, 0.32 * len(masses) + 1.2), 1, 2, width_ratios=(3, 2))
+        figure, ((left, right),) = figures.panels((9.0, 0.32 * len(masses) + 1.2), 1, 2, width_ratios=(3, 2))
         names, mass = np.array([group.name for group in masses]), agreed[0]
-        interval_rows(left, names.tolist(), known, agreed, "not visible")
+        figures.interval_rows(left, names.tolist(), known, agreed, "not visible")
         reaches = np.abs(known[:, 1:] - mass).max(axis=1)
         reaches = reaches[np.isfinite(reaches)]
         # One joint that hardly sees the mass must not squeeze the others to a line.
@@ -258,7 +241,7 @@ def joints_section(masses: Sequence[JointsMass], agreed: Sequence[float], name: 
         left.set_xlim(mass - reach, mass + reach)
         shares, sigmas = ratios[single].T
         ends = np.column_stack([shares, shares - 2.0 * sigmas, shares + 2.0 * sigmas])
-        interval_rows(right, names[single].tolist(), ends, (1.0, np.nan, np.nan), "not determined")
+        figures.interval_rows(right, names[single].tolist(), ends, (1.0, np.nan, np.nan), "not determined")
         right.set_ylim(left.get_ylim())
         left.set_title("mass [kg]", fontsize=10)
         right.set_title("ratio to the others' payload", fontsize=10)
@@ -293,7 +276,7 @@ def essential_section(elimination: EliminationDocument | None, title: str) -> Se
         percents = np.array([step.largest_relative_sigma_percent for step in path], dtype=float)
         shown = min(max(int(np.sum(ratios <= _MOST_RATIO)), gone + 2), count)
         names = ["none", *(str(step.eliminated) for step in path[1:shown])]
-        figure, (above, below) = named_panels([names] * 2, sharex=True)
+        figure, (above, below) = figures.named_panels([names] * 2, sharex=True)
         for axis, values, label, rule, scale, unit in (
             (above, ratios[:shown], "error sigma, ratio\nto all parameters", "ratio", 1.0, ""),
             (below, percents[:shown], "largest relative\nsigma [%]", "sigma", 100.0, " %"),
@@ -316,7 +299,7 @@ def essential_section(elimination: EliminationDocument | None, title: str) -> Se
             if limit is not None and elimination.rule == rule:
                 _limit(axis, scale * limit, f"limit {scale * limit:g}{unit}")
         above.legend(loc="upper left")
-        log_scale(below)
+        figures.log_scale(below)
         below.set_xlabel("eliminated, in this order")
         figure.suptitle(f"{title}: {essential} of {count} parameters essential")
         caption = (

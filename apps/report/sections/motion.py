@@ -209,10 +209,7 @@ def near_report(result: NearResult, expected: InertialParameters, hints: Sequenc
 
 
 def _limits(title: str, score: Score) -> tuple[Text, Table, list[str], list[Table]]:
-    """Say if a motion keeps its limits, what was not checked, and how near it comes to each limit.
-
-    Then name the set of payloads, if any, and the torque that holds the arm still with the worst, joint by joint.
-    """
+    """Say if a motion keeps its limits, how near it comes; name the payloads, and what brakes must hold."""
     problem, payloads, notes, brakes = score.problem, score.problem.payloads, list[str](), list[Table]()
     rows = list[tuple[str, ...]]()
     missed = [limit for limit in score.limits if str(limit) in score.violations]
