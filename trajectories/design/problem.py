@@ -150,7 +150,7 @@ class DesignProblem(Brief):
     def evaluate(self, x: Array, width: float, terms: Sequence[Penalty]) -> tuple[float, Array]:
         """Sum of terms and its exact gradient in x; the sign is smoothed over ``width`` [rad/s or m/s]."""
         state, value = self.state(x, width), 0.0
-        slopes = Samples.zeros(state)
+        slopes = Samples(*map(np.zeros_like, state))
         for term in terms:
             value += term(state, slopes)
             if not np.isfinite(value):

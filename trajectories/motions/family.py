@@ -33,8 +33,9 @@ def everywhere(poses: Array) -> bool:
 def sample_count(duration: float, rate: float) -> int:
     """Count samples of a motion of so many seconds at ``rate`` [Hz], its end included where one falls on it."""
     if not duration * rate < _MOST:
-        fault = f"a motion of {duration:g} s at {rate:g} Hz has more than {_MOST} samples"
-        raise InputError(f"{fault}: make it shorter")
+        raise InputError(
+            f"a motion of {duration:g} s at {rate:g} Hz has more than {_MOST} samples: make it shorter"
+        )
     return int(duration * rate * (1.0 + _END)) + 1
 
 
@@ -85,8 +86,7 @@ class JointBounds(Brief):
                     raise InputError(f"{fault}: robot {robot.name!r} needs {robot.n} positive numbers")
         for kind in kinds[:3]:
             finite = np.isfinite(limits[kind]).reshape(robot.n, -1).all(axis=1)
-            if not finite.all():
-                missing = ", ".join(str(j + 1) for j in np.flatnonzero(~finite))
+            if missing := ", ".join(str(j + 1) for j in np.flatnonzero(~finite)):
                 fault = f"robot {robot.name!r} has no {kind} limit for joint {missing}"
                 raise InputError(f"{fault}: a motion cannot be designed; add it to the description")
         low, high = limits["position"].T
@@ -131,11 +131,6 @@ class Samples(NamedTuple):
     qdd: Array
     entries: Array = np.zeros((0, 0))
     width: Array = np.zeros(1)
-
-    @staticmethod
-    def zeros(like: "Samples") -> "Samples":
-        """Make samples of the same shapes, all zero."""
-        return Samples(*(np.zeros_like(x) for x in like))
 
     @staticmethod
     def at_rest(poses: Array) -> "Samples":
