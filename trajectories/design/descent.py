@@ -48,10 +48,7 @@ def _by_steps(function: Smooth, x: Array, family: Family, iterations: int) -> Ar
 def _by_matrix(
     function: Smooth, x: Array, family: Family, iterations: int, H: Array | None = None
 ) -> tuple[Array, Array | None]:
-    """Descend within a family's bounds by all curvature learnt on the way (BFGS), which is returned.
-
-    ``H``: inverse of the second derivatives, as the steps of an earlier descent showed them whose minimum is near.
-    """
+    """Descend by all curvature learnt on the way (BFGS), returned as its inverse; ``H``: that of a descent before."""
     value, slope = function(x)
     for _ in range(iterations):
         # A step leaves numbers at a bound alone if the slope pushes them against it, and is cut at the bounds.
@@ -90,10 +87,7 @@ def _by_matrix(
 def _step(
     function: Smooth, x: Array, value: float, fall: float, way: Array, longest: float
 ) -> tuple[float, float, Array]:
-    """Find a step along ``way`` that gains enough and leaves less slope: step, value, slope.
-
-    ``value`` and ``fall`` are those at x, the latter the slope along ``way``; ``longest`` stays within bounds.
-    """
+    """Find a step along ``way``, whose slope is ``fall``, that gains enough: step, value and slope after it."""
     low, high, step = 0.0, np.inf, 1.0
     for _ in range(_TRIALS):
         new, slope = function(x + step * way)

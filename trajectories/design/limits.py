@@ -73,10 +73,7 @@ class Limit(Brief):
 
 
 def state_limits(bounds: JointBounds, reach: tuple[Array, Array] | None = None) -> tuple[Limit, ...]:
-    """Limit position, speed and acceleration of each joint; 1 at the limit.
-
-    ``reach``: lowest and highest positions, each (n,), or (k, n) for k equal parts of the samples; else the bounds.
-    """
+    """Limit position, within a family's ``reach`` or else the bounds, speed and acceleration; 1 at the limit."""
     v, a, limits = bounds.speed, bounds.acceleration, []
     ranges = {"position": reach or (bounds.low, bounds.high), "speed": (-v, v), "acceleration": (-a, a)}
     for index, (name, ends) in enumerate(ranges.items(), start=1):
@@ -349,9 +346,6 @@ def torque_limits(
 
     For a set of payloads the first n values are the largest torques, bounded above alone, the others the smallest,
     bounded below alone; slopes are those of the torque of the worst body (Danskin's envelope theorem).
-
-    Raises:
-        InputError: if parameters are missing, or their covariance does not fit.
     """
     known, heaviest, finite, index = loads.parameters, loads.heaviest, np.isfinite(torque), kernel.columns.index
     if all(name in known for name in base.standard):

@@ -189,8 +189,7 @@ class DesignProblem(Brief):
             return
         more = f"; and {len(texts) - 6} more" if len(texts) > 6 else ""
         fault = f"these parameters cannot all be told apart (rank {len(base.chosen)} of {len(self.names)})"
-        advice = "leave some out, or give the motion more freedom"
-        raise InputError(f"{fault}: {'; '.join(texts[:6])}{more}; {advice}")
+        raise InputError(f"{fault}: {'; '.join(texts[:6])}{more}; leave some out, or give the motion more freedom")
 
 
 def build_design(

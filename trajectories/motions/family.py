@@ -25,11 +25,6 @@ _TRIES = 100  # to find a pose that is clear
 _MOST = 10_000_000  # samples of a motion: eleven hours at 250 Hz; memory would not hold much more
 
 
-def everywhere(poses: Array) -> bool:
-    """Allow every pose."""
-    return True
-
-
 def sample_count(duration: float, rate: float) -> int:
     """Count samples of a motion of so many seconds at ``rate`` [Hz], its end included where one falls on it."""
     if not duration * rate < _MOST:
@@ -215,7 +210,7 @@ class FreeStates:
         self.low, self.high = -np.ones(self.size), np.ones(self.size)
         self.low[self._linear :], self.high[self._linear :] = -8.0, 8.0
 
-    def random(self, draw: np.random.Generator, clear: Clear = everywhere) -> Array:
+    def random(self, draw: np.random.Generator, clear: Clear = lambda _: True) -> Array:
         """Draw random poses; speeds and accelerations mostly large."""
         x = np.zeros(self.size)
         states = x[: self._linear].reshape(self._shape)
