@@ -48,7 +48,7 @@ def _by_steps(function: Smooth, x: Array, family: Family, iterations: int) -> Ar
 def _by_matrix(
     function: Smooth, x: Array, family: Family, iterations: int, H: Array | None = None
 ) -> tuple[Array, Array | None]:
-    """Descend by all curvature learnt on the way (BFGS), returned as its inverse; ``H``: that of a descent before."""
+    """Descend by all curvature learnt on the way (BFGS), returned inverted; ``H``: that of a descent before."""
     value, slope = function(x)
     for _ in range(iterations):
         # A step leaves numbers at a bound alone if the slope pushes them against it, and is cut at the bounds.
