@@ -359,8 +359,7 @@ class Experiment(Brief):
         for name in ("ripple", "waves", "friction", "friction_memory"):
             if getattr(self.disturbances, name) != getattr(disturbances, name):
                 raise ValueError(f"{name} acts on the moving robot: simulate again")
-        phases, gains = draw_robot_errors(disturbances, self.seed)
-        runs = []
+        (phases, gains), runs = draw_robot_errors(disturbances, self.seed), list[SimulatedRun]()
         for k, run in enumerate(self.runs):
             again = record(run.exact, disturbances, gains, [self.seed, k], run.task.name)
             runs.append(replace(run, recording=again))

@@ -14,7 +14,6 @@ from msgspec import field
 from msgspec.structs import replace
 
 from ...common import Array, Document, InputError, Speaks
-from ...common.schema import Document
 from ...estimation import Equations, Settings, measurement, weighted
 from ...estimation.diagnosis import engine, scales, verdict
 from ...estimation.diagnosis.evidence import Evidence, Finding, Severity, error, note, warning

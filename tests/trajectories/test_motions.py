@@ -211,7 +211,7 @@ def test_pullback_is_the_derivative_of_each_state(family: Any) -> None:
         difference = (ahead[field] - behind[field]) / (2.0 * step)
         for row in draw.integers(len(samples.q), size=20):
             for joint in range(samples.q.shape[1]):
-                slope = Samples.zeros(samples)
+                slope = Samples(*map(np.zeros_like, samples))
                 slope[field][row, joint] = 1.0
                 derivative = family.pullback(x, slope) @ direction
                 assert derivative == pytest.approx(difference[row, joint], abs=1e-6 * np.abs(difference).max())
@@ -221,7 +221,7 @@ def test_weights_are_pulled_back_too(family: Any) -> None:
     x, draw, step = somewhere(family), np.random.default_rng(3), 1e-6
     samples = family.sample(x)
     seed = draw.standard_normal(samples.weight.shape)
-    slope = Samples.zeros(samples)._replace(weight=seed)
+    slope = Samples(*map(np.zeros_like, samples))._replace(weight=seed)
     direction = draw.standard_normal(family.size)
     change = family.sample(x + step * direction).weight - family.sample(x - step * direction).weight
     assert family.pullback(x, slope) @ direction == pytest.approx(seed @ change / (2.0 * step), rel=1e-6, abs=1e-8)

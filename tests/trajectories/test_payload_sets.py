@@ -114,7 +114,7 @@ def test_slopes_are_those_of_differences(kind: str) -> None:
     samples = Samples(np.full(20, 0.1), *states)
     state = task.kernel.state(samples, 0.05)
     weights, step = DRAW.standard_normal(limit.values(state).shape), DRAW.standard_normal(state.entries.shape)
-    slopes = Samples.zeros(state)
+    slopes = Samples(*map(np.zeros_like, state))
     limit.measure(state)[1](weights, slopes)
     h = 1e-7
     ends = [

@@ -110,7 +110,7 @@ REFUSED: dict[str, Callable[[], object]] = {
     # Simulations.
     "'ur10e': its description lacks XX1": lambda: simulated(replace(UR10E, mass=None)),
     "not positive definite": lambda: simulated(replace(RX90, parameters=dict.fromkeys(RX90.parameters, 0.0))),
-    "controller loses joint": lambda: simulated(controller=Controller(0.1, 0.1, 0.0, feed_forward=0.0)),
+    "loses joint 2 at -0.40 s": lambda: simulated(controller=Controller(0.1, 0.1, 0.0, feed_forward=0.0)),
     "gains must be positive": lambda: Controller(position=0.0),
     "'motion' or 'gravity'": lambda: replace(Controller(), compensates="nothing"),  # type: ignore[arg-type]
     "does not sag": lambda: Controller().sagging(RX90, BODY, [STOPS], 1e-3),

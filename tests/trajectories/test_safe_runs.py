@@ -170,7 +170,7 @@ def test_values_are_those_of_the_slow_run_and_slopes_those_of_differences(arm: s
     fast, run = (Samples(np.ones(len(t)), *states) for states in ways)
     at_fast, at_run = (problem.kernel.state(samples) for samples in (fast, run))
     state = problem.state(x, 0.05)
-    slopes, step, h = Samples.zeros(state), draw.standard_normal(len(x)), 1e-6
+    slopes, step, h = Samples(*map(np.zeros_like, state)), draw.standard_normal(len(x)), 1e-6
     ends = [problem.state(x + sign * h * step, 0.05) for sign in (1.0, -1.0)]
     total = 0.0
     for limit, of_run in zip(slow, own, strict=True):

@@ -58,7 +58,7 @@ def test_slopes_are_derivatives() -> None:
     draw, step = np.random.default_rng(1), 1e-6
     q, limit = draw.uniform(-2.0, 2.0, (15, 6)), clearance(ROBOT, SCENE)
     seed, direction = draw.standard_normal((15, len(limit.labels))), draw.standard_normal(q.shape)
-    slopes = Samples.zeros(state(q))
+    slopes = Samples(*map(np.zeros_like, state(q)))
     limit.measure(state(q))[1](seed, slopes)
     change = limit.values(state(q + step * direction)) - limit.values(state(q - step * direction))
     assert np.sum(slopes.q * direction) == pytest.approx(np.sum(seed * change) / (2 * step), rel=1e-6)

@@ -7,13 +7,14 @@ chapter 17) whose intervals are drawn in until the fine grid shows none missed.
 """
 
 from collections.abc import Callable, Iterator
+from functools import partial
 
 import numpy as np
 
 from ...common import Array
 from ..motions.family import Samples
 from .goal import Family
-from .limits import Pullback, excess
+from .limits import Penalty, Pullback, excess
 from .problem import DesignProblem
 from .score import FINER, TOLERANCE
 
@@ -31,7 +32,7 @@ _SHRINK = 0.3  # what an update should leave of a violation
 _STIFFER, _STIFFEST = 4.0, 1e4
 
 
-def by_steps(function: Smooth, x: Array, family: Family, iterations: int) -> Array:
+def _by_steps(function: Smooth, x: Array, family: Family, iterations: int) -> Array:
     """Descend within a family's bounds by the last steps alone (L-BFGS)."""
     from scipy.optimize import minimize
 
@@ -44,13 +45,10 @@ def by_steps(function: Smooth, x: Array, family: Family, iterations: int) -> Arr
     return np.asarray(minimize(finite, x, jac=True, method="L-BFGS-B", bounds=bounds, options=options).x)
 
 
-def by_matrix(
+def _by_matrix(
     function: Smooth, x: Array, family: Family, iterations: int, H: Array | None = None
 ) -> tuple[Array, Array | None]:
-    """Descend within a family's bounds by all curvature learnt on the way (BFGS), which is returned.
-
-    ``H``: inverse of the second derivatives, as the steps of an earlier descent showed them whose minimum is near.
-    """
+    """Descend by all curvature learnt on the way (BFGS), returned inverted; ``H``: that of a descent before."""
     value, slope = function(x)
     for _ in range(iterations):
         # A step leaves numbers at a bound alone if the slope pushes them against it, and is cut at the bounds.
@@ -89,10 +87,7 @@ def by_matrix(
 def _step(
     function: Smooth, x: Array, value: float, fall: float, way: Array, longest: float
 ) -> tuple[float, float, Array]:
-    """Find a step along ``way`` that gains enough and leaves less slope: step, value, slope.
-
-    ``value`` and ``fall`` are those at x, the latter the slope along ``way``; ``longest`` stays within bounds.
-    """
+    """Find a step along ``way``, whose slope is ``fall``, that gains enough: step, value and slope after it."""
     low, high, step = 0.0, np.inf, 1.0
     for _ in range(_TRIALS):
         new, slope = function(x + step * way)
@@ -116,7 +111,7 @@ class Lagrangian:
 
     def __init__(self, problem: DesignProblem, x: Array, stiffness: float, margin: float) -> None:
         self.problem, self.x, self.stiffness = problem, x, stiffness  # the last: weight of squared violations
-        self.curvature: Array | None = None  # at x, as the last descent has learnt it
+        self._curvature: Array | None = None  # at x, as the last descent has learnt it
         state = problem.state(x, WIDTH)
         shapes = [limit.values(state).shape for limit in problem.limits]
         # Per limit and value, by how much its interval is drawn in on either side, in the limit's units.
@@ -132,6 +127,14 @@ class Lagrangian:
             if new.any():
                 pullback(new, into)
         return total
+
+    def descend(self, width: float, iterations: int, *terms: Penalty, matrix: bool = False) -> None:
+        """Descend on the limits' terms and further ones; ``matrix``: by all curvature, which is remembered."""
+        function, family = partial(self.problem.evaluate, width=width, terms=(*terms, self)), self.problem.family
+        if matrix:
+            self.x, self._curvature = _by_matrix(function, self.x, family, iterations, self._curvature)
+        else:
+            self.x = _by_steps(function, self.x, family, iterations)
 
     def update(self, width: float) -> None:
         """Update multipliers to first order at a minimum; violations that do not shrink gain weight."""

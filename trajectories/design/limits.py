@@ -20,7 +20,7 @@ the unit cube it is taken at a stationary point of the inside, of a face, of an 
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
@@ -48,8 +48,10 @@ Region = Literal["ball", "cube"]  # region that holds a body: an ellipsoid or a 
 
 Penalty = Callable[[Samples, Samples], float]
 """Function that evaluates terms which limits add to a criterion; slopes in the samples are added to the second."""
-Pullback = Callable[[Array, Samples], None]
+Pullback = Callable[[Array, Samples], object]
 """Function that adds what a slope in a limit's values means for samples and entries."""
+Measure = Callable[[Samples], tuple[Array, Pullback]]
+"""Function that gives the values y of a motion, a row per sample or one for all of it, and their pullback."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -63,8 +65,7 @@ class Limit(Brief):
     high: Array
     middle: Array  # the value in SI units is middle + y * unit
     unit: Array
-    # y of a motion, a row per sample, or one for the motion as a whole; and its pullback
-    measure: Callable[[Samples], tuple[Array, Pullback]]
+    measure: Measure
 
     def values(self, state: Samples) -> Array:
         """Evaluate y alone."""
@@ -72,10 +73,7 @@ class Limit(Brief):
 
 
 def state_limits(bounds: JointBounds, reach: tuple[Array, Array] | None = None) -> tuple[Limit, ...]:
-    """Limit position, speed and acceleration of each joint; 1 at the limit.
-
-    ``reach``: lowest and highest positions, each (n,), or (k, n) for k equal parts of the samples; else the bounds.
-    """
+    """Limit position, within a family's ``reach`` or else the bounds, speed and acceleration; 1 at the limit."""
     v, a, limits = bounds.speed, bounds.acceleration, []
     ranges = {"position": reach or (bounds.low, bounds.high), "speed": (-v, v), "acceleration": (-a, a)}
     for index, (name, ends) in enumerate(ranges.items(), start=1):
@@ -92,20 +90,13 @@ def _states(index: int, middle: Array, half: Array, state: Samples) -> tuple[Arr
     x = state[index]
     if len(half) > 1:
         middle, half = (np.repeat(parts, len(x) // len(parts), axis=0) for parts in (middle, half))
-
-    def pullback(slope: Array, into: Samples) -> None:
-        into[index][...] += slope / half
-
-    return (x - middle) / half, pullback
+    return (x - middle) / half, lambda slope, into: np.add(into[index], slope / half, out=into[index])
 
 
 def total_time(longest: float, state: Samples) -> tuple[Array, Pullback]:
     """Measure the time that the whole motion takes, over the longest [s]."""
-
-    def pullback(slope: Array, into: Samples) -> None:
-        into.weight[...] += slope[0, 0] / longest
-
-    return np.array([[state.weight.sum() / longest]]), pullback
+    share = np.array([[state.weight.sum() / longest]])
+    return share, lambda slope, into: np.add(into.weight, slope[0, 0] / longest, out=into.weight)
 
 
 def slowed(kernel: RegressorKernel, limit: Limit, speed: float, state: Samples) -> tuple[Array, Pullback]:
@@ -115,7 +106,7 @@ def slowed(kernel: RegressorKernel, limit: Limit, speed: float, state: Samples) 
     values, own = limit.measure(slow)
 
     def pullback(slope: Array, into: Samples) -> None:
-        slopes = Samples.zeros(slow)
+        slopes = Samples(*map(np.zeros_like, slow))
         own(slope, slopes)
         for part, by, power in zip(into[1:4], kernel.state_slope(slow, slopes.entries), (0, 1, 2), strict=True):
             part += speed**power * by
@@ -236,7 +227,7 @@ def _kernel(region: Region) -> Kernel:
     # The torque of a unit point mass at r is r' Q r + (MX MY MZ columns)' r + (M column).
     XX, XY, XZ, YY, YZ, ZZ = ca.vertsplit(row[:6])
     quadratic = [[YY + ZZ, -0.5 * XY, -0.5 * XZ], [-0.5 * XY, XX + ZZ, -0.5 * YZ], [-0.5 * XZ, -0.5 * YZ, XX + YY]]
-    Q = ca.vertcat(*(ca.horzcat(*entries) for entries in quadratic))
+    Q = ca.blockcat(quadratic)
     slope = ca.mtimes(axes.T, row[6:9] + 2.0 * ca.mtimes(Q, centre))
     at_centre = ca.dot(row, ca.vertcat(*unit_point(*ca.vertsplit(centre))))
     Q = ca.mtimes([axes.T, Q, axes])
@@ -272,7 +263,7 @@ def _eigen(Q: ca.SX) -> tuple[list[ca.SX], ca.SX]:
         A[r][q] = A[q][r] = second
         for row in V:
             row[p], row[q] = c * row[p] - s * row[q], s * row[p] + c * row[q]
-    return [A[i][i] for i in range(3)], ca.vertcat(*(ca.horzcat(*row) for row in V))
+    return [A[i][i] for i in range(3)], ca.blockcat(V)
 
 
 def _largest_in_ball(values: list[ca.SX], V: ca.SX, b: ca.SX) -> tuple[ca.SX, list[ca.SX]]:
@@ -350,16 +341,13 @@ class Loads(Brief):
 
 def torque_limits(
     robot: Robot, base: BaseParameters, kernel: RegressorKernel, torque: Array, loads: Loads
-) -> Iterator[Limit]:
+) -> list[Limit]:
     """Limit the torque of each joint over ``torque`` [N·m or N], (n,), infinite where there is no limit.
 
     For a set of payloads the first n values are the largest torques, bounded above alone, the others the smallest,
     bounded below alone; slopes are those of the torque of the worst body (Danskin's envelope theorem).
-
-    Raises:
-        InputError: if parameters are missing, or their covariance does not fit.
     """
-    known, heaviest, finite, none = loads.parameters, loads.heaviest, np.isfinite(torque), np.full(robot.n, np.inf)
+    known, heaviest, finite, index = loads.parameters, loads.heaviest, np.isfinite(torque), kernel.columns.index
     if all(name in known for name in base.standard):
         values = base.value(known)
     elif missing := [name for name in base.columns if name not in known]:
@@ -369,9 +357,9 @@ def torque_limits(
         values = np.array([known[name] for name in base.columns])
     unit, bound = np.where(finite, (1.0 - loads.margin) * torque, 1.0), np.where(finite, 1.0, np.inf)
     chi = np.array([-1.0 if name == SPRING else 0.0 for name in kernel.columns])
-    labels = tuple(f"joint {j + 1}" for j in range(robot.n))
-    places = [kernel.columns.index(name) for name in base.columns]
+    places, low, high = [*map(index, base.columns)], -bound, bound
     chi[places] = values
+    measures: dict[str, Measure] = {"torque": partial(_torques, kernel, chi, unit)}
     if isinstance(heaviest, PayloadSet):
         # C = root root' is the covariance of chi, c x r; r = 0 where it is taken as exact.
         root = np.zeros((len(chi), 0))
@@ -382,28 +370,23 @@ def torque_limits(
                 raise InputError(f"a covariance of the torques' parameters must be {needed}")
             variances, V = np.linalg.eigh(loads.covariance)
             root = np.zeros((len(chi), len(names)))
-            root[places] = (V * np.sqrt(np.maximum(variances, 0.0)))[[names.index(name) for name in base.columns]]
-        ten, unit = [kernel.columns.index(name) for name in payload_columns(robot)], np.tile(unit, 2)
+            root[places] = (V * np.sqrt(np.maximum(variances, 0.0)))[[*map(names.index, base.columns)]]
+        ten, none, unit = [*map(index, payload_columns(robot))], np.full(robot.n, np.inf), np.tile(unit, 2)
         low, high = np.concatenate([-none, -bound]), np.concatenate([bound, none])
         measure = partial(_extreme_torques, (kernel, chi, root), (heaviest, ten), unit)
-        name = f"torque with any payload up to {heaviest.mass:g} kg"
-        yield Limit("torque", name, labels * 2, low, high, 0.0 * unit, unit, measure)
-        return
-    by_load = {"torque": chi}
-    if heaviest is not None:
+        measures = {f"torque with any payload up to {heaviest.mass:g} kg": measure}
+    elif heaviest is not None:
         loaded = chi.copy()
         loaded[places] += base.effect_of(payload_columns(robot)) @ heaviest.vector
-        by_load = {"torque without payload": chi, "torque with the heaviest payload": loaded}
-    for name, own in by_load.items():
-        measure = partial(_torques, kernel, own, unit)
-        yield Limit("torque", name, labels, -bound, bound, 0.0 * unit, unit, measure)
+        with_it = partial(_torques, kernel, loaded, unit)
+        measures = {"torque without payload": measures["torque"], "torque with the heaviest payload": with_it}
+    labels = tuple(f"joint {j + 1}" for j in range(robot.n)) * (len(unit) // robot.n)
+    return [Limit("torque", name, labels, low, high, 0.0 * unit, unit, each) for name, each in measures.items()]
 
 
 def _torques(kernel: RegressorKernel, chi: Array, unit: Array, state: Samples) -> tuple[Array, Pullback]:
-    def pullback(slope: Array, into: Samples) -> None:
-        kernel.torque_slope(slope / unit, chi, into.entries)
-
-    return kernel.torque(state.entries, chi) / unit, pullback
+    torque = kernel.torque(state.entries, chi) / unit
+    return torque, lambda slope, into: kernel.torque_slope(slope / unit, chi, into.entries)
 
 
 def _extreme_torques(

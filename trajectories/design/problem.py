@@ -150,7 +150,7 @@ class DesignProblem(Brief):
     def evaluate(self, x: Array, width: float, terms: Sequence[Penalty]) -> tuple[float, Array]:
         """Sum of terms and its exact gradient in x; the sign is smoothed over ``width`` [rad/s or m/s]."""
         state, value = self.state(x, width), 0.0
-        slopes = Samples.zeros(state)
+        slopes = Samples(*map(np.zeros_like, state))
         for term in terms:
             value += term(state, slopes)
             if not np.isfinite(value):
@@ -189,8 +189,7 @@ class DesignProblem(Brief):
             return
         more = f"; and {len(texts) - 6} more" if len(texts) > 6 else ""
         fault = f"these parameters cannot all be told apart (rank {len(base.chosen)} of {len(self.names)})"
-        advice = "leave some out, or give the motion more freedom"
-        raise InputError(f"{fault}: {'; '.join(texts[:6])}{more}; {advice}")
+        raise InputError(f"{fault}: {'; '.join(texts[:6])}{more}; leave some out, or give the motion more freedom")
 
 
 def build_design(

@@ -170,11 +170,8 @@ def clearance(robot: Robot, scene: Scene) -> Limit:
 
 def _distances(robot: Robot, scene: Scene, state: Samples) -> tuple[Array, Pullback]:
     distance, adjoint = map(_kernel, _functions(robot, scene)[:2])
-
-    def pullback(slope: Array, into: Samples) -> None:
-        into.q[...] += adjoint(state.q, slope / _UNIT).T
-
-    return distance(state.q).T / _UNIT, pullback
+    values = distance(state.q).T / _UNIT
+    return values, lambda slope, into: np.add(into.q, adjoint(state.q, slope / _UNIT).T, out=into.q)
 
 
 @lru_cache(maxsize=16)

@@ -130,10 +130,7 @@ def learnt_of(problem: DesignProblem, W: Sequence[Array], parts: Sequence[Array]
 
 
 def holding_torques(problem: DesignProblem, poses: Array) -> Array:
-    """Largest torque [N·m or N] of each joint that holds the arm at poses (N, n), of all loads; shape (n,).
-
-    It is what brakes have to hold when power is cut there. Zero without torque limits.
-    """
+    """Largest torques [N·m or N], (n,), that hold any load at poses (N, n), by brakes too; 0 without limits."""
     state, n = problem.at_rest(poses), problem.robot.n
     torques = [np.abs(limit.values(state) * limit.unit).reshape(-1, n) for limit in problem.of_kind("torque")]
     return np.asarray(np.vstack([np.zeros((1, n)), *torques]).max(axis=0))
@@ -149,25 +146,20 @@ def check_held(problem: DesignProblem, poses: Array) -> None:
 
 
 def over_time(problem: DesignProblem, motion: Motion) -> tuple[Array, Array]:
-    """Room of each joint to its nearest limit, (N, n), and fraction of the information in each sample, (N,).
-
-    Room is in units of the limit, for positions of half the range; information is the trace of the hat matrix.
-    """
+    """Room of each joint to its nearest limit in its units, (N, n), and each sample's part of information, (N,)."""
     limits = *state_limits(problem.bounds), *problem.of_kind("torque")
     state, shape = problem.kernel.state(Samples.of(motion)), (len(motion.t), -1, problem.robot.n)
     rooms = [-excess(limit, limit.values(state)).reshape(shape) for limit in limits]
     room = np.concatenate(rooms, axis=1).min(axis=1)
     if len(motion.t) < 2:  # a pose teaches no motion's parameters
         return room, np.zeros(len(motion.t))
+    # The diagonal of the hat matrix, whose trace is the information.
     leverage = decomposed(problem.rows(state, problem.row_weights(state, True))).range ** 2
     return room, leverage.sum(axis=1).reshape(shape[2], -1).sum(axis=0)
 
 
 def load_torques(problem: DesignProblem, motion: Motion) -> dict[str, Array]:
-    """Torques on a motion [N·m or N], (N, n), by the name of each load that the design reckons with.
-
-    They are those of the torque limits; without any, those of the description's parameters; nothing without these.
-    """
+    """Torques on a motion [N·m or N], (N, n), by load: of the torque limits, else of the description, else none."""
     n, torques = motion.q.shape[1], dict[str, Array]()
     if problem.torque_limited:
         state = problem.kernel.state(Samples.of(motion))
@@ -214,7 +206,7 @@ def missed_on_run(
     The moments just before and after each joint's turns come on top of a grid of ``rate`` [Hz]. ``states``: look at
     positions and speeds too, which a controller's own curves may miss.
     """
-    limits, worst = problem.of_kind("torque", "clearance"), dict[str, LimitCheck]()
+    limits, missed = problem.of_kind("torque", "clearance"), list[LimitCheck]()
     if states:
         low, high = (np.atleast_2d(reach) for reach in problem.family.reach)
         limits += state_limits(problem.bounds, (low.min(axis=0), high.max(axis=0)))[:2]
@@ -223,10 +215,11 @@ def missed_on_run(
         own = t[start : start + _BLOCK + 1]
         all_times = np.union1d(own, _turns(problem.robot, plan, own))
         state = problem.kernel.state(Samples.of(Motion(all_times, *plan.at(all_times))))
-        for near in (check(limit, state) for limit in limits):
-            if near.relative > max(TOLERANCE, worst[near.name].relative if near.name in worst else 0.0):
-                worst[near.name] = near
-    return tuple(sorted(worst.values(), key=lambda near: -near.relative))
+        missed += [near for limit in limits if (near := check(limit, state)).relative > TOLERANCE]
+    worst = dict[str, LimitCheck]()
+    for near in sorted(missed, key=lambda near: -near.relative):
+        worst.setdefault(near.name, near)
+    return tuple(worst.values())
 
 
 def kept_throughout(problem: DesignProblem, x: Array, score: Score) -> tuple[Array, Score, Missed]:

@@ -6,7 +6,7 @@ of states within the limits, continuity ignored, is an optimal experimental desi
 """
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Any
@@ -19,8 +19,8 @@ from ...model import Motion
 from ..motions.family import FreeStates, Plan, Samples
 from ..motions.fourier import FreeSeries, NearShape
 from ..motions.via_points import FreeRests, FreeViaPoints
-from .descent import FINE_WIDTH, WIDTH, Lagrangian, by_matrix, by_steps
-from .limits import LimitCheck, Penalty, excess
+from .descent import FINE_WIDTH, WIDTH, Lagrangian
+from .limits import LimitCheck, excess
 from .problem import DesignProblem
 from .score import TOLERANCE, Learnt, Score, harder, kept_throughout, score_motion, score_of
 
@@ -119,13 +119,11 @@ def solve_design(
     """
     starts = problem.criterion.usual_starts if starts is None else starts
     search = _Search(problem, np.random.default_rng(seed), progress, time.process_time())
-    search.run(starts)
-    begun, found = search.starts, search.found
-    x, score, missed = kept_throughout(problem, found, score_of(problem, found))
+    found = search.run(starts)
+    begun, (x, score, missed) = search.starts, kept_throughout(problem, found, score_of(problem, found))
     if not search.interrupted and (further := harder(problem, missed)) is not None:
         search = replace(search, problem=further, begin=found, best=None)
-        search.run(1)
-        found = search.found
+        found = search.run(1)
         x, score, missed = kept_throughout(problem, found, score_of(problem, found))
     cpu, stopped = time.process_time() - search.begun, search.interrupted or begun < starts
     plan, (run, rehearsal) = problem.family.plan(x), missed
@@ -168,11 +166,11 @@ class _Search:
         """Best motion; a random start if the search was interrupted before its first look."""
         return (self.best or self.consider(self._first(), "random start"))[0]
 
-    def run(self, starts: int) -> None:
-        """Improve random starts, or the one that is given, for a while, the best to the end, unless interrupted.
+    def _first(self) -> Array:
+        return self.problem.family.random(self.draw, self.problem.clear) if self.begin is None else self.begin
 
-        The best is refined, then settled within its limits, or else by making it slower and smaller.
-        """
+    def run(self, starts: int) -> Array:
+        """Improve starts for a while; the best is refined and settled within limits, or made slower and smaller."""
         order, last = self.problem.criterion.orders[-1], np.nan
 
         def gains(width: float, iterations: int, text: str) -> bool:
@@ -190,7 +188,7 @@ class _Search:
             gains(FINE_WIDTH, self.refined, f"refined {self.stages}")
             for turn in range(self.turns):
                 if course.settle() or not gains(FINE_WIDTH, self.settled, f"settled {turn + 1}"):
-                    return
+                    return self.found
             for x in (course.x, self.found):
                 slower, smaller = _overstepped(score_of(self.problem, x))
                 steps = _MORE ** np.arange(_EASES)
@@ -198,6 +196,7 @@ class _Search:
                 self.consider(next((y for y in eased if score_of(self.problem, y).feasible), x), "drawn back")
         except (KeyboardInterrupt, TimeoutError):
             self.interrupted = True
+        return self.found
 
     def _best_start(self, starts: int) -> Lagrangian:
         """Find the most promising of some random starts: all are improved, the best third of them further."""
@@ -222,9 +221,6 @@ class _Search:
             courses.sort(key=promise)
         return courses[0][1]
 
-    def _first(self) -> Array:
-        return self.problem.family.random(self.draw, self.problem.clear) if self.begin is None else self.begin
-
     def _begun(self, number: int) -> Lagrangian:
         """Bring a start within the limits at its samples, if a descent finds the way."""
         problem, x = self.problem, self._first()
@@ -233,7 +229,8 @@ class _Search:
             limits = Lagrangian(problem, x, 1.0, 2.0 * _MARGIN)
             if limits.violation(problem.state(x, WIDTH)) <= 0.0:
                 break
-            x, _ = self._descended(x, WIDTH, [limits], _NEARER)
+            limits.descend(WIDTH, _NEARER, self._counted, matrix=self.by_matrix)
+            x = limits.x
         self.consider(x, f"start {number}")
         return Lagrangian(problem, x, _STIFFNESS, _MARGIN)
 
@@ -257,23 +254,17 @@ class _Search:
         return x, score
 
     def _improved(self, course: Lagrangian, order: float, width: float, iterations: int, text: str) -> Score:
-        terms = partial(self.problem.criterion_term, order=order), course
-        course.x, course.curvature = self._descended(course.x, width, terms, iterations, course.curvature)
+        criterion = partial(self.problem.criterion_term, order=order)
+        course.descend(width, iterations, self._counted, criterion, matrix=self.by_matrix)
         course.update(width)
         return self.consider(course.x, text)[1]
 
-    def _descended(
-        self, x: Array, width: float, terms: Sequence[Penalty], iterations: int, curvature: Array | None = None
-    ) -> tuple[Array, Array | None]:
-        def counted(y: Array) -> tuple[float, Array]:
-            self.evaluations += 1
-            if time.process_time() > self.begun + _BUDGET:
-                raise TimeoutError("the search has used up its time")
-            return self.problem.evaluate(y, width, terms)
-
-        if self.by_matrix:
-            return by_matrix(counted, x, self.problem.family, iterations, curvature)
-        return by_steps(counted, x, self.problem.family, iterations), None
+    def _counted(self, state: Samples, into: Samples) -> float:
+        """Count an evaluation, as a term that adds nothing."""
+        self.evaluations += 1
+        if time.process_time() > self.begun + _BUDGET:
+            raise TimeoutError("the search has used up its time")
+        return 0.0
 
 
 def _overstepped(score: Score) -> tuple[float, float]:
@@ -320,8 +311,7 @@ def floor_under(
     course = Lagrangian(free, family.random(np.random.default_rng(seed), problem.clear), _STIFFNESS, _FLOOR_MARGIN)
     orders = problem.criterion.orders
     for order, width in [(p, WIDTH) for p in (*orders, *[orders[-1]] * effort)] + [(orders[-1], FINE_WIDTH)]:
-        terms = partial(free.criterion_term, order=order), course
-        course.x = by_steps(partial(free.evaluate, width=width, terms=terms), course.x, family, _FLOOR_ITERATIONS)
+        course.descend(width, _FLOOR_ITERATIONS, partial(free.criterion_term, order=order))
         course.update(width)
     value = score_motion(free, family.sample(course.x)).value
     if not problem.criterion.weighted:
@@ -343,13 +333,11 @@ def floor_under(
     least = np.inf
     for start in (course.x, family.random(np.random.default_rng([seed, 1]), free.clear)):
         course = Lagrangian(free, start, _STIFFNESS, _FLOOR_MARGIN)
-        dual_terms: list[Penalty] = [lambda state, into: float(each(state, into).sum()), course]
         for _ in range(2):
-            function = partial(free.evaluate, width=FINE_WIDTH, terms=dual_terms)
-            course.x = by_steps(function, course.x, family, _FLOOR_ITERATIONS // 2)
+            course.descend(FINE_WIDTH, _FLOOR_ITERATIONS // 2, lambda state, into: float(each(state, into).sum()))
             course.update(FINE_WIDTH)
         state = free.kernel.state(family.sample(course.x))
-        found = each(state, Samples.zeros(state))
+        found = each(state, Samples(*map(np.zeros_like, state)))
         for limit in free.limits:
             found = np.where(excess(limit, limit.values(state)).max(axis=1) <= _FLOOR_MARGIN, found, np.inf)
         least = min(least, float(found.min()))

@@ -25,16 +25,12 @@ _TRIES = 100  # to find a pose that is clear
 _MOST = 10_000_000  # samples of a motion: eleven hours at 250 Hz; memory would not hold much more
 
 
-def everywhere(poses: Array) -> bool:
-    """Allow every pose."""
-    return True
-
-
 def sample_count(duration: float, rate: float) -> int:
     """Count samples of a motion of so many seconds at ``rate`` [Hz], its end included where one falls on it."""
     if not duration * rate < _MOST:
-        fault = f"a motion of {duration:g} s at {rate:g} Hz has more than {_MOST} samples"
-        raise InputError(f"{fault}: make it shorter")
+        raise InputError(
+            f"a motion of {duration:g} s at {rate:g} Hz has more than {_MOST} samples: make it shorter"
+        )
     return int(duration * rate * (1.0 + _END)) + 1
 
 
@@ -85,8 +81,7 @@ class JointBounds(Brief):
                     raise InputError(f"{fault}: robot {robot.name!r} needs {robot.n} positive numbers")
         for kind in kinds[:3]:
             finite = np.isfinite(limits[kind]).reshape(robot.n, -1).all(axis=1)
-            if not finite.all():
-                missing = ", ".join(str(j + 1) for j in np.flatnonzero(~finite))
+            if missing := ", ".join(str(j + 1) for j in np.flatnonzero(~finite)):
                 fault = f"robot {robot.name!r} has no {kind} limit for joint {missing}"
                 raise InputError(f"{fault}: a motion cannot be designed; add it to the description")
         low, high = limits["position"].T
@@ -131,11 +126,6 @@ class Samples(NamedTuple):
     qdd: Array
     entries: Array = np.zeros((0, 0))
     width: Array = np.zeros(1)
-
-    @staticmethod
-    def zeros(like: "Samples") -> "Samples":
-        """Make samples of the same shapes, all zero."""
-        return Samples(*(np.zeros_like(x) for x in like))
 
     @staticmethod
     def at_rest(poses: Array) -> "Samples":
@@ -220,7 +210,7 @@ class FreeStates:
         self.low, self.high = -np.ones(self.size), np.ones(self.size)
         self.low[self._linear :], self.high[self._linear :] = -8.0, 8.0
 
-    def random(self, draw: np.random.Generator, clear: Clear = everywhere) -> Array:
+    def random(self, draw: np.random.Generator, clear: Clear = lambda _: True) -> Array:
         """Draw random poses; speeds and accelerations mostly large."""
         x = np.zeros(self.size)
         states = x[: self._linear].reshape(self._shape)

@@ -14,7 +14,7 @@ import numpy as np
 from ...common import Array, Brief, InputError, freeze_fields
 from ...model import Robot
 from ...model.base import PayloadVisibility, checked_joints, payload_visibility
-from .family import LONGEST, Clear, Factors, Grid, JointBounds, Pieces, Plan, Samples, check_pose, everywhere
+from .family import LONGEST, Clear, Factors, Grid, JointBounds, Pieces, Plan, Samples, check_pose
 from .via_points import QUINTIC, quickest
 
 _MOST = 50  # harmonics: a search takes half an hour then
@@ -237,7 +237,7 @@ class FreeSeries:
         gradient[..., :count] = by_c @ self.functions * self._scale[:, None]
         return gradient.ravel()
 
-    def random(self, draw: np.random.Generator, clear: Clear = everywhere) -> Array:
+    def random(self, draw: np.random.Generator, clear: Clear = lambda _: True) -> Array:
         """Draw random weights, as large as a first motion may be; then a middle; smaller until it is clear."""
         weights, count = np.zeros(self.layout), self.functions.shape[1]
         weights[..., :count] = draw.standard_normal((*self.layout[:2], count))

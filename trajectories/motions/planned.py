@@ -104,20 +104,17 @@ def plan_point_to_point(
     step, limits = np.diff(np.asarray(points, dtype=float), axis=0), [joint.limits for joint in robot.joints]
     top = np.array([limit.speed for limit in limits]) * speed
     strong = np.array([limit.acceleration for limit in limits]) * acceleration * (1.0 - smoothing)
-    durations, unbounded = (np.abs(step) / top).max(axis=1), "no speed or acceleration limit bounds a move"
-    if not ((durations > 0.0).all() and np.isfinite(strong).any()):
-        raise ValueError(f"{unbounded}, or two points are the same")
+    durations = (np.abs(step) / top).max(axis=1)
+    # A move of duration D and ramps R <= D: speed step / D <= top, acceleration step / (D R) <= strong.
+    by_acceleration = (np.abs(step) / strong).max(axis=1) if blend is None else durations
+    if not ((durations > 0.0).all() and (by_acceleration > 0.0).all() and np.isfinite(strong).any()):
+        raise ValueError("no speed or acceleration limit bounds a move, or two points are the same")
     if blend is None:
-        # A move of duration D and ramps R <= D: speed step / D <= top, acceleration step / (D R) <= strong.
-        by_acceleration = (np.abs(step) / strong).max(axis=1)
-        if not (by_acceleration > 0.0).all():
-            raise ValueError(f"{unbounded}, or two points are the same")
         durations = np.maximum(durations, np.sqrt(by_acceleration))
         return PointToPoint(points, durations, np.tile(by_acceleration / durations, (2, 1)).T, 0.0, smoothing)
     while True:
-        moving = step / durations[:, None]
-        before = np.vstack([np.zeros_like(step[:1]), moving])
-        after = np.vstack([moving, np.zeros_like(step[:1])])
+        moving = np.pad(step / durations[:, None], ((1, 1), (0, 0)))  # at rest before and after
+        before, after = moving[:-1], moving[1:]
         # While both moves act, each with its own part of its speed, no combination accelerates more than these.
         change = np.maximum(np.abs(after - before), np.maximum(np.abs(before), np.abs(after)))
         ramps = (change / strong).max(axis=1)

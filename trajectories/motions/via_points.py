@@ -13,7 +13,7 @@ import numpy as np
 from ...common import Array, Brief, Indices, InputError, Mask, freeze_fields
 from ...model import Robot
 from ...model.base import PayloadVisibility, visibility_in_states
-from .family import LONGEST, Clear, Factors, Grid, JointBounds, Pieces, Plan, Samples, check_pose, everywhere
+from .family import LONGEST, Clear, Factors, Grid, JointBounds, Pieces, Plan, Samples, check_pose
 
 _MOST = 500  # points: a search takes half an hour then
 _TRIES = 200  # to find a point or a pose that can be reached
@@ -126,15 +126,14 @@ step of 1 in unit time, at rest at both ends, and its ``phases`` of smooth accel
 @lru_cache(maxsize=64)
 def _grid(segment: Segment, parts: int) -> Grid:
     """Divide each phase into even parts; both sides of every step of the acceleration are sampled."""
-    s, phase, weights = [], [], []
-    for k, (begin, end) in enumerate(pairwise(segment.phases)):
-        count = max(round(parts * (end - begin)), 2)
-        s.append(np.linspace(begin, end, count + 1))
-        phase.append(np.full(count + 1, k))
-        even = np.full(count + 1, 1.0 / count)
-        even[[0, -1]] *= 0.5
-        weights.append(even * (end - begin))
-    return np.concatenate(weights), segment.basis(np.concatenate(s), np.concatenate(phase))
+    ends = [*pairwise(segment.phases)]
+    s = [np.linspace(begin, end, max(round(parts * (end - begin)), 2) + 1) for begin, end in ends]
+    weights = [np.full(len(own), 1.0 / (len(own) - 1)) for own in s]
+    for own, (begin, end) in zip(weights, ends, strict=True):
+        own[[0, -1]] *= 0.5
+        own *= end - begin
+    phase = np.repeat(np.arange(len(s)), [*map(len, s)])
+    return np.concatenate(weights), segment.basis(np.concatenate(s), phase)
 
 
 def segments(p: Array, v: Array, a: Array, T: Array, segment: Segment = QUINTIC) -> Pieces:
@@ -245,11 +244,8 @@ class FreeViaPoints:
         self.low, self.high = -np.ones(self.size), np.ones(self.size)
         self.low[self._splits[2] :], self.high[self._splits[2] :] = np.log(_DURATIONS)
 
-    def random(self, draw: np.random.Generator, clear: Clear = everywhere) -> Array:
-        """Draw random points, at rest in each, somewhat slower than the limits allow.
-
-        Each is reached from the one before on a straight line if ``_TRIES`` points contain one.
-        """
+    def random(self, draw: np.random.Generator, clear: Clear = lambda _: True) -> Array:
+        """Draw random points, at rest and rather slow, each on a clear line from the last if one can be found."""
         bounds, n, segment = self._bounds, len(self._bounds.low), self.shape.segment
         on_line, points = np.linspace(0.0, 1.0, 21)[:, None], [*self._start]
         while len(points) < self.shape.count:
@@ -448,12 +444,10 @@ class FreeRests:
         self._fixed = np.tile(shape.start, (4 * shape.count + 2, 1))
         self._fixed[1:-1, moving] = np.outer(np.tile(_SIDES, shape.count), shape.approach)
 
-    def random(self, draw: np.random.Generator, clear: Clear = everywhere) -> Array:
-        """Draw random poses, each reached from the one before on a straight line if ``_TRIES`` contain one.
-
-        In one draw of two every other mirrors the one before if that can be: gravity often pulls the other way.
-        """
+    def random(self, draw: np.random.Generator, clear: Clear = lambda _: True) -> Array:
+        """Draw random poses, each on a clear line from the last if ``_TRIES`` contain one."""
         x, on_line, before = np.zeros(self.size), np.linspace(0.0, 1.0, 21)[:, None], self.shape.start
+        # In one draw of two every other pose mirrors the last if it can: gravity often pulls the other way.
         poses, pairs = x[:-1].reshape(self.shape.count, -1), draw.random() < 0.5
         for k, pose in enumerate(poses):
             for trial in range(_TRIES):
