@@ -24,7 +24,7 @@ from ..payload.long_motion import LongMotion
 from ..payload.methods import PayloadProblem
 from .engine import BLOCKS, Added, Effect, States, System
 from .evidence import Evidence, Finding, NominalGravity, error, note, warning
-from .hypotheses import HELPFUL, pull_of
+from .hypotheses import BY_NAME, EARTH, HELPFUL, WEIGHT, pull_of
 
 UNIT = 3.0
 """Ratio of the torques to those by the description, or its inverse, above which they are in another unit. Bodies of
@@ -119,12 +119,25 @@ def nominal_gravity(robot: Robot, states: States | None) -> NominalGravity | Non
 
 
 def weight(evidence: Evidence) -> Iterator[Finding]:
-    """Torques against the weight of the links by the robot's description.
+    """A described gravity that is not Earth's.
+
+    By over {WEIGHT:.0%}, if the torques are closer to Earth's: do not use.
+
+    Torques against the weight of the links by the robot's description.
 
     Over {UNIT:g} times more or less, of the other sign, one joint's over {GAIN:g} times more or less than most, or
     gravity over {LEANS:g} degrees off: do not use, and explains the rest; only noted if the unit is given.
     Columns named effort that the weight of the links does not confirm: do not use until the unit is given.
     """
+    shown, usual = evidence.effects.get("weight"), float(np.linalg.norm(evidence.robot.gravity))
+    if shown is not None and not BY_NAME["weight"].stands_out(shown):
+        more = EARTH / usual - 1.0
+        if abs(more) > WEIGHT and abs(shown.size - more) < abs(shown.size):
+            yield error(
+                f"the robot's description has a gravity of {usual:.4g} m/s², but Earth's is {EARTH:g} and the "
+                f"torques show {usual * (1.0 + shown.size):.3g} ± {usual * shown.sigma:.1g}: correct the "
+                "description"
+            )
     nominal, source = evidence.nominal, evidence.source
     units = {one.torque_unit for one in (*source.unloaded, *source.loaded)} if source is not None else set()
     # A joint counted the other way, or another robot, which goes against the weight too, leaves next to nothing.
