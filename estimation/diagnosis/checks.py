@@ -17,7 +17,9 @@ from ..fit.estimate import Fit
 from ..payload.static import oscillation
 from ..possible.constraints import PossibleBody
 from ..possible.payload import CONFLICT
+from .engine import Effect
 from .evidence import KNOWN_WELL, UNFREED, Evidence, Finding, Judged, error, note, warning
+from .scales import JOINT_SCALE, JOINT_SCALE_Z, OWN_SCALE_Z
 
 MASS_SIGMA = 0.05  # relative standard deviation of the mass above which nothing should be used
 COM_SIGMA, COM_FLOOR = 0.3, 0.02
@@ -62,14 +64,11 @@ APART, APART_SIGMAS = 0.03, 4.0
 
 
 def judged(ten: Array, moments: Array, spread: PayloadSpread, from_scale: bool = False) -> dict[str, Judged]:
-    """Judge mass, centre of mass and inertia at it, by half their 95 % intervals over 1.96.
+    """Judge mass, centre of mass and inertia at it, by half their 95 % intervals over 1.96, ``spread``.
 
-    Args:
-        ten: unknown ones are nan. The centre of mass is allowed 20 mm, or 0.3 of the payload's radius of gyration
-            about the frame's origin.
-        moments: of inertia at the centre of mass, shape (3,).
-        spread: infinite where the joints show nothing.
-        from_scale: whether the mass is a scale's.
+    The ten parameters are nan where unknown, the spread is infinite where the joints show nothing. The centre of
+    mass is allowed 20 mm, or 0.3 of the payload's radius of gyration about the frame's origin. ``moments``: of
+    inertia at the centre of mass, shape (3,); ``from_scale``: whether the mass is a scale's.
     """
     known = bool(np.isfinite(ten).all() and ten[9] > 0.0)
     size = float(np.sqrt(max(ten[[0, 3, 5]].sum(), 0.0) / 2.0 / ten[9])) if known else 0.0
@@ -352,6 +351,9 @@ def gains(evidence: Evidence) -> Iterator[Finding]:
     By {APART:.0%} and {APART_SIGMAS:g} sigma: do not use.
 
     Gains that are not well determined (`gains`). Over {KNOWN_WELL:.0%}: do not use these gains.
+
+    Currents of one motor with payload on a different scale from those without (`gains`). By over {JOINT_SCALE:.0%}
+    and {OWN_SCALE_Z:g} sigma: not its gain.
     """
     apart = []
     for pair in combinations(evidence.weights, 2):
@@ -376,6 +378,15 @@ def gains(evidence: Evidence) -> Iterator[Finding]:
         farther = "use a heavier weight, off the flange's axis, and move faster, farther or longer"
         some = len(vague) < len(sigma)
         yield warning(f"{text}; keep the maker's gain there", "gain") if some else error(f"{text}; {farther}")
+    own = [scale for scale in evidence.scales if scale.where and abs(scale.size) > JOINT_SCALE]
+    own = [scale for scale in own if OWN_SCALE_Z < scale.z() <= JOINT_SCALE_Z]  # beyond the second it spoils all
+    if evidence.gained is not None and own:
+        worst = max(own, key=Effect.z)
+        yield warning(
+            f"motor {worst.where.split()[1]}: the scale of its currents with payload is {1.0 + worst.size:.2f} ± "
+            f"{worst.sigma:.2g} times that without; keep the maker's gain there",
+            "gain",
+        )
 
 
 def conflicts(evidence: Evidence) -> Iterator[Finding]:

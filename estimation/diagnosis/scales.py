@@ -212,8 +212,7 @@ def scales(problem: PayloadProblem, weights: Array, system: System | None) -> tu
         along = (system.values[rigid] @ system.columns[:, rigid]) * system.states.loaded
         prior = np.array(system.prior)
         prior[system.payload.stop :, system.payload.stop :] = 0.0  # friction under load is free
-        by_block = system.grams(system.states.block, [along[:, None], np.eye(n)[:, :, None] * along[:, None]])
-        added = Added.of(by_block, prior, system.payload, system.inflation)
+        added = system.with_columns(along[:, None], np.eye(n)[:, :, None] * along[:, None], prior=prior)
         by_states = tuple(added.effect([k], where=where) for k, where in enumerate(wheres))
     if not isinstance(problem, LongMotion) or problem.unloaded is None:
         return by_states
@@ -272,9 +271,9 @@ def scale(evidence: Evidence) -> Iterator[Finding]:
     yield error(text)._replace(cause=worst.fall > HELPFUL, explains=worst.fall)
 
 
-def beyond(scale: Effect, joint_z: float = JOINT_SCALE_Z) -> bool:
+def beyond(scale: Effect) -> bool:
     """True if a scale is another one."""
-    least, z = (JOINT_SCALE, joint_z) if scale.where else (SCALE, SCALE_Z)
+    least, z = (JOINT_SCALE, JOINT_SCALE_Z) if scale.where else (SCALE, SCALE_Z)
     return abs(scale.size) > least and scale.z() > z
 
 
@@ -300,21 +299,6 @@ def sensitive(evidence: Evidence) -> Iterator[Finding]:
             f"% in the torques with payload would go unnoticed (measured scale {1.0 + whole.size:.3f} ± "
             f"{whole.sigma:.2g}) and shift the mass by {100 * change / mass:.1f} %, out of its interval{advice}",
             "mass",
-        )
-
-
-def motors_apart(evidence: Evidence) -> Iterator[Finding]:
-    """Currents of one motor with payload on a different scale from those without (`gains`).
-
-    By over {JOINT_SCALE:.0%} and {OWN_SCALE_Z:g} sigma: not its gain.
-    """
-    off = [scale for scale in evidence.scales if scale.where and beyond(scale, OWN_SCALE_Z)]
-    worst = max((scale for scale in off if scale.z() <= JOINT_SCALE_Z), key=Effect.z, default=None)
-    if evidence.gained is not None and worst is not None:
-        yield warning(
-            f"motor {worst.where.split()[1]}: the scale of its currents with payload is {1.0 + worst.size:.2f} ± "
-            f"{worst.sigma:.2g} times that without; keep the maker's gain there",
-            "gain",
         )
 
 
@@ -385,12 +369,8 @@ def disagreement(by_joints: ByJoints, gains: Array, few: bool = False) -> float:
     """Birge ratio of the joints' payload ratios: how much farther they lie from 1 than their errors let them.
 
     Joints that disagree prove an error of some gain, friction or description, of which no residual knows. What
-    chance brings about widens nothing (F test).
-
-    Args:
-        gains: covariance of the gains' stated relative errors, n x n; what all joints have in common does not
-            count.
-        few: whether the standard deviations come from few blocks of time.
+    chance brings about widens nothing (F test). ``gains``: covariance of the gains' stated relative errors, n x n;
+    what all joints have in common does not count. ``few``: whether standard deviations come from few blocks.
     """
     wider, k = few_blocks(by_joints.degrees_of_freedom) if few else 1.0, len(by_joints.ratios)
     if k < 2:

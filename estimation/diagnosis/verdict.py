@@ -23,7 +23,7 @@ from .causes import SUSPICIOUS, alternatives, likely_causes, other_readings
 from .engine import BLOCKS, States, System, states_of
 from .evidence import Evidence, Finding, Level, Verdict
 from .hypotheses import HYPOTHESES, effects_of, hypotheses, matter, tilt_correction
-from .scales import beyond, disagreement, joints, motors_apart, nominal_gravity, scale, scales, sensitive, weight
+from .scales import beyond, disagreement, joints, nominal_gravity, scale, scales, sensitive, weight
 
 Check = Callable[[Evidence], Iterable[Finding]]
 CHECKS: tuple[Check, ...] = (
@@ -42,7 +42,6 @@ CHECKS: tuple[Check, ...] = (
     checks.rests,
     checks.excitation,
     checks.gains,
-    motors_apart,
 )
 """Checks of the recordings, in the order in which their findings are reported."""
 COLUMNS: tuple[Check, ...] = (hypotheses, joints, scale, sensitive, other_readings)
@@ -81,12 +80,10 @@ def judge(*evidence: Evidence) -> Verdict:
 
 
 def verdict_of(findings: Sequence[Finding], brief: bool = True, partly: Level = "mass_and_com_only") -> Verdict:
-    """Make the verdict of findings: the level that they leave, those that explain most first, notes last.
+    """Make the verdict of findings, in the order in which they are reported: those that explain most first.
 
-    Args:
-        findings: in the order in which they are reported, behind what explains them.
-        brief: where no number may be used, leave out what spoils single ones and is no cause; else it comes last.
-        partly: the level where only single numbers are spoilt.
+    Where no number may be used, what spoils single ones and is no cause is left out if ``brief``, else last.
+    ``partly``: the level where only single numbers are spoilt.
     """
 
     def rank(finding: Finding) -> tuple[float, bool]:
@@ -129,11 +126,8 @@ def diagnose(
 ) -> Evidence:
     """Look at what no residual of a method shows, as far as recordings alone show it.
 
-    Args:
-        best: the estimate whose weights of the joints are taken.
-        gains: with whose errors joints may disagree.
-        description: the robot as it was given, where gains are what is asked for: other readings are then compared
-            with gains of their own; the problem's robot by default.
+    Joints have the weights of ``best``, and may disagree by errors of ``gains``. ``description``: the robot as it
+    was given, where gains are what is asked for: other readings are then compared with gains of their own.
     """
     states = None if isinstance(problem, StaticMotion) else states_of(problem.source)
     system, weights = system_of(problem, states), best.estimate.weights

@@ -540,15 +540,13 @@ SIDES: dict[str, list[tuple[Any, ...]]] = {
         ("warning", "U and L differ by 5.0 mrad", checks.MISMATCH, mismatched),
         ("warning", "nearly dependent", checks.CONDITION, lambda x: Evidence(ROBOT, condition=x)),
     ],
-    "motors_apart": [
-        ("warning", "motor 3", scales.JOINT_SCALE, lambda x: of_motor(x, x / 4.0)),
-        ("warning", "motor 3", scales.OWN_SCALE_Z, lambda x: of_motor(0.1, 0.1 / x)),
-    ],
     "gains": [
         ("error", "known weights contradict", checks.APART, lambda x: of_weights(1.0 + x, 0.0001)),
         ("error", "known weights contradict", checks.APART_SIGMAS, lambda x: of_weights(1.05, 0.05 / x)),
         ("warning", "motor 2: the gain is known only to 5 %", KNOWN_WELL, lambda x: known_to(0.01, x, 0.01)),
         ("error", "use a heavier weight", KNOWN_WELL, lambda x: known_to(0.06, x, 0.06)),
+        ("warning", "motor 3", scales.JOINT_SCALE, lambda x: of_motor(x, x / 4.0)),
+        ("warning", "motor 3", scales.OWN_SCALE_Z, lambda x: of_motor(0.1, 0.1 / x)),
     ],
     "causes": [
         ("warning", "L looks as if q1 is late", causes.SUSPICIOUS,
