@@ -23,7 +23,7 @@ from .causes import SUSPICIOUS, alternatives, likely_causes, other_readings
 from .engine import BLOCKS, States, System, states_of
 from .evidence import Evidence, Finding, Level, Verdict
 from .hypotheses import HYPOTHESES, effects_of, hypotheses, matter, tilt_correction
-from .scales import beyond, disagreement, joints, nominal_gravity, scale, scales, sensitive, weight
+from .scales import beyond, disagreement, joints, nominal_gravity, scale, scales, weight
 
 Check = Callable[[Evidence], Iterable[Finding]]
 CHECKS: tuple[Check, ...] = (
@@ -35,7 +35,6 @@ CHECKS: tuple[Check, ...] = (
     checks.measured,
     joints,
     scale,
-    sensitive,
     checks.new_zeros,
     other_readings,
     checks.other_ways,
@@ -44,7 +43,7 @@ CHECKS: tuple[Check, ...] = (
     checks.gains,
 )
 """Checks of the recordings, in the order in which their findings are reported."""
-COLUMNS: tuple[Check, ...] = (hypotheses, joints, scale, sensitive, other_readings)
+COLUMNS: tuple[Check, ...] = (hypotheses, joints, scale, other_readings)
 """Checks that say nothing where signs, units or mounting go against the weight of the links."""
 BEFOREHAND: tuple[Check, ...] = (checks.conflicts,)
 """Checks of what was known beforehand: reported after the causes, and no reason to search any."""
