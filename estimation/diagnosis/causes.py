@@ -51,10 +51,9 @@ class Comparison:
     """Compares readings with the recordings as described, ``fit``: by every fifth state first."""
 
     def __init__(self, robot: Robot, states: States, free_gains: bool = False) -> None:
-        """Fit the recordings as described.
+        """Fit the recordings as described, with ``free_gains`` each joint's torque on a scale of its own.
 
-        ``free_gains``: whether each joint's torque has a scale of its own in every comparison, for gains that were
-        identified with the robot as described favour it; not of coupled drives, nor with a spring.
+        Gains identified with the robot as described favour it; not of coupled drives, nor with a spring.
         """
         self.robot, self.states = robot, states
         self.free_gains = free_gains and robot.coupling is None and robot.spring is None

@@ -16,7 +16,9 @@ from ..fit.covariance import NORMAL95
 from ..fit.estimate import Fit
 from ..possible.constraints import PossibleBody
 from ..possible.payload import CONFLICT
+from .engine import Effect
 from .evidence import KNOWN_WELL, UNFREED, Evidence, Finding, Judged, error, note, warning
+from .scales import JOINT_SCALE, JOINT_SCALE_Z, OWN_SCALE_Z
 
 MASS_SIGMA = 0.05  # relative standard deviation of the mass above which nothing should be used
 COM_SIGMA, COM_FLOOR = 0.3, 0.02
@@ -61,14 +63,11 @@ APART, APART_SIGMAS = 0.03, 4.0
 
 
 def judged(ten: Array, moments: Array, spread: PayloadSpread, from_scale: bool = False) -> dict[str, Judged]:
-    """Judge mass, centre of mass and inertia at it, by half their 95 % intervals over 1.96.
+    """Judge mass, centre of mass and inertia at it, by half their 95 % intervals over 1.96, ``spread``.
 
-    Args:
-        ten: unknown ones are nan. The centre of mass is allowed 20 mm, or 0.3 of the payload's radius of gyration
-            about the frame's origin.
-        moments: of inertia at the centre of mass, shape (3,).
-        spread: infinite where the joints show nothing.
-        from_scale: whether the mass is a scale's.
+    The ten parameters are nan where unknown, the spread is infinite where the joints show nothing. The centre of
+    mass is allowed 20 mm, or 0.3 of the payload's radius of gyration about the frame's origin. ``moments``: of
+    inertia at the centre of mass, shape (3,); ``from_scale``: whether the mass is a scale's.
     """
     known = bool(np.isfinite(ten).all() and ten[9] > 0.0)
     size = float(np.sqrt(max(ten[[0, 3, 5]].sum(), 0.0) / 2.0 / ten[9])) if known else 0.0
@@ -124,6 +123,9 @@ def residual(evidence: Evidence) -> Iterator[Finding]:
 
     Over {RESIDUAL:.0%} for all joints, over {JOINT_RESIDUAL:.0%} for one, or with payload over {LOADED_RATIO:g}
     times that without: do not use.
+
+    Residual of the robot's model on held-out recordings. Over {VALIDATION:.0%}: do not use; over
+    {VALIDATION_RATIO:g} times the fit's, {VALIDATION_FLOOR:.0%} and what white noise explains: not the inertia.
     """
     if evidence.parameters is None:
         return
@@ -147,7 +149,7 @@ def residual(evidence: Evidence) -> Iterator[Finding]:
         if any(fit.rows) and text:
             yield error(f"{subject} leaves {text}")
             break
-    own = evidence.parameters.fit.relative
+    own, held_out, white = evidence.parameters.fit.relative, evidence.validation, evidence.white_noise
     if apart := [e for e in modelled if e.estimate.fit.relative > LOADED_RATIO * max(own, 0.01)]:
         worst, numbers = max(e.estimate.fit.relative for e in apart), ", ".join(str(e.method) for e in apart)
         which = f"each of methods {numbers}" if apart[1:] else f"method {numbers}"
@@ -155,47 +157,40 @@ def residual(evidence: Evidence) -> Iterator[Finding]:
             f"{which} leaves {100 * worst:.0f} % of the torque with payload unexplained, but only "
             f"{100 * own:.1f} % without: check signs, and that both recordings are of the same robot"
         )
-
-
-def validation(evidence: Evidence) -> Iterator[Finding]:
-    """Residual of the robot's model on held-out recordings.
-
-    Over {VALIDATION:.0%}: do not use; over {VALIDATION_RATIO:g} times the fit's, {VALIDATION_FLOOR:.0%} and what
-    white noise explains: not the inertia.
-    """
-    held_out = evidence.validation
-    if evidence.parameters is None or held_out is None:
+    if held_out is None:
         return
-    left, own, white = held_out.relative, evidence.parameters.fit.relative, evidence.white_noise
-    noise = 0.0 if white is None else float(np.linalg.norm(white * np.sqrt(held_out.rows)))
-    noise *= FLOOR / float(np.linalg.norm(held_out.torque_norms))
-    if left > VALIDATION or left > max(VALIDATION_FLOOR, VALIDATION_RATIO * own, noise):
-        yield (error if left > VALIDATION else warning)(
-            f"the robot's model leaves {100 * left:.0f} % of the torque of the validation recording unexplained, "
+    unseen, rows = held_out.relative, np.sqrt(held_out.rows)
+    noise = (
+        0.0
+        if white is None
+        else FLOOR * float(np.linalg.norm(white * rows) / np.linalg.norm(held_out.torque_norms))
+    )
+    if unseen > VALIDATION or unseen > max(VALIDATION_FLOOR, VALIDATION_RATIO * own, noise):
+        yield (error if unseen > VALIDATION else warning)(
+            f"the robot's model leaves {100 * unseen:.0f} % of the torque of the validation recording unexplained, "
             f"but {100 * own:.1f} % of the fitted one: it does not carry over to other motions; excite all joints "
             "over their whole range"
         )
 
 
-def friction(evidence: Evidence) -> Iterator[Finding]:
+def parameters(evidence: Evidence) -> Iterator[Finding]:
     """Friction that drives its joint instead of braking.
 
     Coulomb and load-dependent friction over {DRIVEN_SIGMAS:g} sigma below zero: do not use. Viscous: a note.
+
+    Parameters that no physical robot has. p below {CONFLICT:g}: a warning; do not use if anything else looks wrong.
     """
-    fitted = evidence.parameters
-    if fitted is None:
-        return
-    load = (fitted.fit.torque_norms / np.sqrt(np.maximum(fitted.fit.rows, 1))).tolist()
-    covariances = [fitted.covariance, *([] if fitted.robust is None else [fitted.robust.covariance])]
     driven, falls = list[str](), list[str]()
-    for j, torque in enumerate(load, 1):
-        if {f"FR{j}", f"FB{j}"} & {*fitted.names}:
-            continue  # a term by the root of speed, or of Stribeck, takes the place of Coulomb friction
-        for found, terms in ((driven, {f"FS{j}": 1.0, f"FL{j}": torque}), (falls, {f"FV{j}": 1.0})):
-            along = np.array([terms.get(name, 0.0) for name in fitted.names])
-            if along @ fitted.values < -DRIVEN_SIGMAS * np.sqrt(max(along @ C @ along for C in covariances)):
-                found.append(str(j))
-                break
+    if (own := evidence.parameters) is not None:
+        loads = own.fit.torque_norms / np.sqrt(np.maximum(own.fit.rows, 1))
+        covariances = [own.covariance, *([] if own.robust is None else [own.robust.covariance])]
+        # A term by the root of speed, or of Stribeck, takes the place of Coulomb friction.
+        for j in (j for j in range(1, len(loads) + 1) if not {f"FR{j}", f"FB{j}"} & {*own.names}):
+            for found, terms in ((driven, {f"FS{j}": 1.0, f"FL{j}": loads[j - 1]}), (falls, {f"FV{j}": 1.0})):
+                along = np.array([terms.get(name, 0.0) for name in own.names])
+                if along @ own.values < -DRIVEN_SIGMAS * np.sqrt(max(along @ C @ along for C in covariances)):
+                    found.append(str(j))
+                    break
     if driven:
         yield error(
             f"the friction of joint {', '.join(driven)} comes out negative, as if it drove the joint: check the "
@@ -203,24 +198,21 @@ def friction(evidence: Evidence) -> Iterator[Finding]:
         )
     if falls:
         yield note(f"the friction of joint {', '.join(falls)} falls with speed (negative viscous friction)")
-
-
-def impossible(evidence: Evidence) -> Iterator[Finding]:
-    """Parameters that no physical robot has.
-
-    p below {CONFLICT:g}: a warning; do not use if anything else looks wrong.
-    """
     if evidence.possible is not None and evidence.possible < CONFLICT:
         unlikely = f"no physical robot can have these parameters (p {evidence.possible:.2g})"
         yield warning(f"{unlikely}: check the robot's description, signs, units and drive gains", IMPOSSIBLE)
 
 
-def sign(evidence: Evidence) -> Iterator[Finding]:
-    """Mass that is negative or zero. Less than {SIGMAS:g} sigma above zero: do not use."""
-    masses = [(f"method {e.method}", e.mass, float(e.estimate.larger_sigma[9])) for e in evidence.estimates]
+def masses(evidence: Evidence) -> Iterator[Finding]:
+    """Mass that is negative or zero. Less than {SIGMAS:g} sigma above zero: do not use.
+
+    Methods that disagree about the mass. Spread over more than {MASS_SPREAD:.0%}, or two apart by
+    {METHODS_APART:.0%} and {SIGMAS:g} sigma: do not use.
+    """
+    shown = [(f"method {e.method}", e.mass, float(e.estimate.larger_sigma[9])) for e in evidence.estimates]
     if evidence.weighed is not None and not evidence.weighed.from_scale:
-        masses.append(("the torque", evidence.weighed.mass, evidence.weighed.sigma))
-    little = [(who, mass, sigma) for who, mass, sigma in masses if not mass > SIGMAS * sigma]
+        shown.append(("the torque", evidence.weighed.mass, evidence.weighed.sigma))
+    little = [(who, mass, sigma) for who, mass, sigma in shown if not mass > SIGMAS * sigma]
     negative = [entry for entry in little if entry[1] < -SIGMAS * entry[2]]
     texts = ", ".join(f"{mass:.3g} ± {sigma:.2g} kg by {who}" for who, mass, sigma in negative or little)
     if negative:
@@ -233,6 +225,17 @@ def sign(evidence: Evidence) -> Iterator[Finding]:
         light = all(mass + SIGMAS * sigma < evidence.robot.rated_payload for _, mass, sigma in little)
         advice = "was the payload really on?" if light else "move faster and farther, or record longer"
         yield error(f"the mass cannot be told from zero ({texts}): {advice}", "mass")
+    found = [e.mass for e in evidence.estimates] or [0.0]
+    mean, text = abs(float(np.mean(found))), ""
+    for a, b in combinations(evidence.estimates, 2):
+        chance = SIGMAS * hypot(a.estimate.larger_sigma[9], b.estimate.larger_sigma[9])
+        if not text and abs(a.mass - b.mass) > max(METHODS_APART * mean, chance):
+            beyond = f"methods {a.method} and {b.method} disagree beyond their intervals"
+            text = f"{beyond}: {a.mass:.4g} and {b.mass:.4g} kg"
+    if np.ptp(found) > MASS_SPREAD * mean:
+        text = f"the methods' masses range from {min(found):.3g} to {max(found):.3g} kg"
+    if text:
+        yield error(f"{text}: did friction or anything else change between the recordings?", "mass")
 
 
 def measured(evidence: Evidence) -> Iterator[Finding]:
@@ -240,36 +243,14 @@ def measured(evidence: Evidence) -> Iterator[Finding]:
 
     Sigma of the mass over {MASS_SIGMA:.0%}, of the centre of mass over {COM_FLOOR:g} m and over {COM_SIGMA:g} of
     the payload's own size: do not use; of a moment at the centre of mass over {INERTIA_SIGMA:.0%}: not the inertia.
+
+    Torque that payload, friction and the recording without payload leave unexplained (`weigh`). Over
+    {JOINT_RESIDUAL:.0%} of a joint's torque: do not use.
     """
     for quantity, (use, why) in evidence.judged.items():
         if use not in ("use", "weighed"):
             against = warning if quantity == "inertia" else error
             yield against(f"the {quantity} is {use}: {why}", quantity)
-
-
-def methods_apart(evidence: Evidence) -> Iterator[Finding]:
-    """Methods that disagree about the mass.
-
-    Spread over more than {MASS_SPREAD:.0%}, or two apart by {METHODS_APART:.0%} and {SIGMAS:g} sigma: do not use.
-    """
-    masses = [e.mass for e in evidence.estimates] or [0.0]
-    mean, text = abs(float(np.mean(masses))), ""
-    for a, b in combinations(evidence.estimates, 2):
-        chance = SIGMAS * hypot(a.estimate.larger_sigma[9], b.estimate.larger_sigma[9])
-        if not text and abs(a.mass - b.mass) > max(METHODS_APART * mean, chance):
-            beyond = f"methods {a.method} and {b.method} disagree beyond their intervals"
-            text = f"{beyond}: {a.mass:.4g} and {b.mass:.4g} kg"
-    if np.ptp(masses) > MASS_SPREAD * mean:
-        text = f"the methods' masses range from {min(masses):.3g} to {max(masses):.3g} kg"
-    if text:
-        yield error(f"{text}: did friction or anything else change between the recordings?", "mass")
-
-
-def unexplained(evidence: Evidence) -> Iterator[Finding]:
-    """Torque that payload, friction and the recording without payload leave unexplained (`weigh`).
-
-    Over {JOINT_RESIDUAL:.0%} of a joint's torque: do not use.
-    """
     left = evidence.unexplained
     joints = ", ".join(str(j) for j, relative in enumerate(left, 1) if relative > JOINT_RESIDUAL)
     if joints:
@@ -293,19 +274,15 @@ def new_zeros(evidence: Evidence) -> Iterator[Finding]:
 
 
 def other_ways(evidence: Evidence) -> Iterator[Finding]:
-    """Cross-checks of the mass (`weigh`). Over {OTHER_WAY:.0%} off: do not use."""
-    mass = evidence.mass
+    """Cross-checks of the mass (`weigh`). Over {OTHER_WAY:.0%} off: do not use.
+
+    A mass that changes steadily from recording to recording (`weigh`). A trend with p below 0.05 that leaves the
+    mass's interval: do not use. Within it: a note.
+    """
+    mass, repeats = evidence.mass, evidence.repeats
     for way in evidence.agreement:
         if way.name != UNFREED and abs(way.mass - mass) > OTHER_WAY * abs(mass):
             yield error(f"the {way.name} gives a mass of {way.mass:.4g} kg, not {mass:.4g} kg", "mass")
-
-
-def drift(evidence: Evidence) -> Iterator[Finding]:
-    """A mass that changes steadily from recording to recording (`weigh`).
-
-    A trend with p below 0.05 that leaves the mass's interval: do not use. Within it: a note.
-    """
-    repeats = evidence.repeats
     if repeats is None or not repeats.drifts:
         return
     step, sigma = repeats.drift_per_recording or 0.0, repeats.drift_sigma or 0.0
@@ -351,18 +328,17 @@ def rests(evidence: Evidence) -> Iterator[Finding]:
         )
 
 
-def alignment(evidence: Evidence) -> Iterator[Finding]:
-    """Pairs whose positions differ, so that method 3 does not fit. Over {MISMATCH:g} rad (rms): not the inertia."""
+def excitation(evidence: Evidence) -> Iterator[Finding]:
+    """Pairs whose positions differ, so that method 3 does not fit. Over {MISMATCH:g} rad (rms): not the inertia.
+
+    Nearly dependent equations. Condition number over {CONDITION:g} with columns scaled: not the inertia.
+    """
     worst = max(evidence.pairs, key=lambda pair: pair.rms_mismatch, default=None)
     if worst is not None and worst.rms_mismatch > MISMATCH:
         yield warning(
             f"{worst.unloaded.source} and {worst.loaded.source} differ by {1e3 * worst.rms_mismatch:.1f} mrad "
             "(rms) after alignment, but method 3 needs the same motion: record it again, or use method 4"
         )
-
-
-def condition(evidence: Evidence) -> Iterator[Finding]:
-    """Nearly dependent equations. Condition number over {CONDITION:g} with columns scaled: not the inertia."""
     if evidence.condition is not None and evidence.condition > CONDITION:
         yield warning(
             f"the equations are nearly dependent (condition number {evidence.condition:.0f}, columns scaled): "
@@ -370,10 +346,15 @@ def condition(evidence: Evidence) -> Iterator[Finding]:
         )
 
 
-def weights_apart(evidence: Evidence) -> Iterator[Finding]:
+def gains(evidence: Evidence) -> Iterator[Finding]:
     """Known weights whose masses contradict each other (`gains`).
 
     By {APART:.0%} and {APART_SIGMAS:g} sigma: do not use.
+
+    Gains that are not well determined (`gains`). Over {KNOWN_WELL:.0%}: do not use these gains.
+
+    Currents of one motor with payload on a different scale from those without (`gains`). By over {JOINT_SCALE:.0%}
+    and {OWN_SCALE_Z:g} sigma: not its gain.
     """
     apart = []
     for pair in combinations(evidence.weights, 2):
@@ -391,10 +372,6 @@ def weights_apart(evidence: Evidence) -> Iterator[Finding]:
             "--mounting groups the recordings correctly",
             "mass",
         )
-
-
-def known_gains(evidence: Evidence) -> Iterator[Finding]:
-    """Gains that are not well determined (`gains`). Over {KNOWN_WELL:.0%}: do not use these gains."""
     sigma = evidence.gained if evidence.gained is not None else np.zeros(0)
     if vague := [(str(j), f"{100 * s:.2g}") for j, s in enumerate(sigma, 1) if not s <= KNOWN_WELL]:
         names, parts = (", ".join(column) for column in zip(*vague, strict=True))
@@ -402,10 +379,23 @@ def known_gains(evidence: Evidence) -> Iterator[Finding]:
         farther = "use a heavier weight, off the flange's axis, and move faster, farther or longer"
         some = len(vague) < len(sigma)
         yield warning(f"{text}; keep the maker's gain there", "gain") if some else error(f"{text}; {farther}")
+    own = [scale for scale in evidence.scales if scale.where and abs(scale.size) > JOINT_SCALE]
+    own = [scale for scale in own if OWN_SCALE_Z < scale.z() <= JOINT_SCALE_Z]  # beyond the second it spoils all
+    if evidence.gained is not None and own:
+        worst = max(own, key=Effect.z)
+        yield warning(
+            f"motor {worst.where.split()[1]}: the scale of its currents with payload is {1.0 + worst.size:.2f} ± "
+            f"{worst.sigma:.2g} times that without; keep the maker's gain there",
+            "gain",
+        )
 
 
-def rating(evidence: Evidence) -> Iterator[Finding]:
-    """A mass above the rated payload. If its whole interval lies above, and by over {ROUNDED:.0%}: do not use."""
+def conflicts(evidence: Evidence) -> Iterator[Finding]:
+    """A mass above the rated payload. If its whole interval lies above, and by over {ROUNDED:.0%}: do not use.
+
+    Constraints and weighed masses that contradict the data, and answers on a bound. p below 0.01 by the robust
+    variance: do not use. An answer on a bound that you gave: not the inertia.
+    """
     rated, sigma = evidence.robot.rated_payload, evidence.spread.mass if evidence.spread is not None else 0.0
     if evidence.mass - NORMAL95 * sigma > (1.0 + ROUNDED) * rated:
         source = "assumed" if evidence.robot.assumed("rated_payload") else "published"
@@ -414,13 +404,6 @@ def rating(evidence: Evidence) -> Iterator[Finding]:
             "the unit of the torques, the drive gains and the robot's description",
             "mass",
         )
-
-
-def conflicts(evidence: Evidence) -> Iterator[Finding]:
-    """Constraints and weighed masses that contradict the data, and answers on a bound.
-
-    p below 0.01 by the robust variance: do not use. An answer on a bound that you gave: not the inertia.
-    """
     findings: dict[str, Finding] = {}
     for payload in evidence.constrained:
         data = "the torques" if evidence.weighed is not None else f"the data of method {payload.method}"

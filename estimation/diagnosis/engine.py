@@ -138,9 +138,9 @@ class States(NamedTuple):
 
     def mixed(self, other: "States", mask: Mask) -> "States":
         """Take some of the states in another reading."""
-        names, own = ("q", "qd", "qdd", "torque", "keep"), mask[:, None]
-        arrays: dict[str, Any] = {name: np.where(own, getattr(other, name), getattr(self, name)) for name in names}
-        return self._replace(**arrays)
+        names = ("q", "qd", "qdd", "torque", "keep")
+        arrays = (np.where(mask[:, None], getattr(other, name), getattr(self, name)) for name in names)
+        return self._replace(**dict(zip(names, arrays, strict=True)))
 
 
 def states_of(source: Source | None, fewest: int = _FEWEST) -> States | None:
@@ -178,13 +178,10 @@ class System:
     def of(
         robot: Robot, states: States, changes: Mapping[str, float] | None = None, known: Known | None = None
     ) -> "System":
-        """Set up the equations.
+        """Set up the equations, with a payload where any state is loaded, without rows beyond a spring's table.
 
-        Args:
-            robot: as described; rows are not used where a joint leaves the table of its spring.
-            states: with payload where any of them is loaded.
-            changes: frictions that may differ under load, with the weight of the prior row of each, 0 for none.
-            known: parameters of the robot from an earlier identification.
+        ``changes``: frictions that may differ under load, with the weight of the prior row of each, 0 for none;
+        ``known``: parameters of the robot from an earlier identification.
         """
         own = known.names if known is not None else own_columns(robot)
         payload = payload_columns(robot) if states.loaded.any() else ()
@@ -313,9 +310,10 @@ class System:
             grams.append(weighted @ weighted.T)
         return np.array(grams)
 
-    def with_columns(self, *columns: Array) -> "Added":
-        """Add columns to the equations, n x m x N."""
-        return Added.of(self.grams(self.states.block, columns), self.prior, self.payload, self.inflation)
+    def with_columns(self, *columns: Array, prior: Array | None = None) -> "Added":
+        """Add columns to the equations, n x m x N; ``prior``: Gram matrix of other prior rows, c x c."""
+        prior = self.prior if prior is None else prior
+        return Added.of(self.grams(self.states.block, columns), prior, self.payload, self.inflation)
 
 
 def solved(gram: Array, prior: Array) -> Array:

@@ -4,7 +4,7 @@ A row holds everything about one fault: its columns, from where on it stands out
 to do. To look for another fault, add a row.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import NamedTuple
@@ -244,23 +244,6 @@ def _weight(effect: Effect, evidence: Evidence) -> Finding:
         f"the torques show a gravity of {usual * (1.0 + effect.size):.3g} ± {usual * effect.sigma:.1g} m/s², but "
         f"the robot's description says {usual:.4g}: correct it there"
     )
-
-
-def earth(evidence: Evidence) -> Iterator[Finding]:
-    """A described gravity that is not Earth's.
-
-    By over {WEIGHT:.0%}, if the torques are closer to Earth's: do not use.
-    """
-    effect = evidence.effects.get("weight")
-    if effect is None or BY_NAME["weight"].stands_out(effect):
-        return
-    usual = float(np.linalg.norm(evidence.robot.gravity))
-    more = EARTH / usual - 1.0
-    if abs(more) > WEIGHT and abs(effect.size - more) < abs(effect.size):
-        yield error(
-            f"the robot's description has a gravity of {usual:.4g} m/s², but Earth's is {EARTH:g} and the torques "
-            f"show {usual * (1.0 + effect.size):.3g} ± {usual * effect.sigma:.1g}: correct the description"
-        )
 
 
 def compensated(system: System) -> Sought:

@@ -24,7 +24,7 @@ from ..payload.long_motion import LongMotion
 from ..payload.methods import PayloadProblem
 from .engine import BLOCKS, Added, Effect, States, System
 from .evidence import Evidence, Finding, NominalGravity, error, note, warning
-from .hypotheses import HELPFUL, pull_of
+from .hypotheses import BY_NAME, EARTH, HELPFUL, WEIGHT, pull_of
 
 UNIT = 3.0
 """Ratio of the torques to those by the description, or its inverse, above which they are in another unit. Bodies of
@@ -117,12 +117,25 @@ def nominal_gravity(robot: Robot, states: States | None) -> NominalGravity | Non
 
 
 def weight(evidence: Evidence) -> Iterator[Finding]:
-    """Torques against the weight of the links by the robot's description.
+    """A described gravity that is not Earth's.
+
+    By over {WEIGHT:.0%}, if the torques are closer to Earth's: do not use.
+
+    Torques against the weight of the links by the robot's description.
 
     Over {UNIT:g} times more or less, of the other sign, one joint's over {GAIN:g} times more or less than most, or
     gravity over {LEANS:g} degrees off: do not use, and explains the rest; only noted if the unit is given.
     Columns named effort that the weight of the links does not confirm: do not use until the unit is given.
     """
+    shown, usual = evidence.effects.get("weight"), float(np.linalg.norm(evidence.robot.gravity))
+    if shown is not None and not BY_NAME["weight"].stands_out(shown):
+        more = EARTH / usual - 1.0
+        if abs(more) > WEIGHT and abs(shown.size - more) < abs(shown.size):
+            yield error(
+                f"the robot's description has a gravity of {usual:.4g} m/s², but Earth's is {EARTH:g} and the "
+                f"torques show {usual * (1.0 + shown.size):.3g} ± {usual * shown.sigma:.1g}: correct the "
+                "description"
+            )
     nominal, source = evidence.nominal, evidence.source
     units = {one.torque_unit for one in (*source.unloaded, *source.loaded)} if source is not None else set()
     # A joint counted the other way, or another robot, which goes against the weight too, leaves next to nothing.
@@ -197,8 +210,7 @@ def scales(problem: PayloadProblem, weights: Array, system: System | None) -> tu
         along = (system.values[rigid] @ system.columns[:, rigid]) * system.states.loaded
         prior = np.array(system.prior)
         prior[system.payload.stop :, system.payload.stop :] = 0.0  # friction under load is free
-        by_block = system.grams(system.states.block, [along[:, None], np.eye(n)[:, :, None] * along[:, None]])
-        added = Added.of(by_block, prior, system.payload, system.inflation)
+        added = system.with_columns(along[:, None], np.eye(n)[:, :, None] * along[:, None], prior=prior)
         by_states = tuple(added.effect([k], where=where) for k, where in enumerate(wheres))
     if not isinstance(problem, LongMotion) or problem.unloaded is None:
         return by_states
@@ -238,40 +250,30 @@ def scale(evidence: Evidence) -> Iterator[Finding]:
 
     All by {SCALE:.0%} and {SCALE_Z:g} sigma, or one joint's by {JOINT_SCALE:.0%} and {JOINT_SCALE_Z:g} sigma, and
     more clearly than a pull: do not use. Both are named if the data hardly distinguish them.
+
+    Mass that an unnoticed scale error of the loaded torques would move out of its interval. An error of 1.96 sigma,
+    {HIDDEN[0]:.0%} to {HIDDEN[1]:.0%}, moves it by over {SENSITIVE:.0%}: do not use if intervals grow by over
+    {TOGETHER:g} (Birge), else noted; not if a different scale is seen, something pulls at the flange, or the
+    payload was weighed.
     """
     found, pull = sorted(evidence.scales, key=Effect.z, reverse=True), pull_of(evidence)
     off = [scale for scale in found if beyond(scale)]
-    if not off or (pull is not None and pull.z() > off[0].z()):
-        return
-    worst = off[0]
-    others = [scale for scale in off if bool(scale.where) != bool(worst.where) and scale.z() > EITHER * worst.z()]
-    likely = sorted([worst, *others[:1]], key=lambda scale: scale.where)  # that of all torques first
-    whose = f"{worst.where}'s torques" if worst.where else "the torques"
-    whose = f"all torques, or only those of {likely[1].where}," if others else whose
-    masses = " or ".join(f"{(evidence.mass + scale.change[9]) / (1.0 + scale.size):.3g}" for scale in likely)
-    ratios = " or ".join(f"{1.0 + scale.size:.3f} ± {scale.sigma:.2g}" for scale in likely)
-    text = (
-        f"the scale of {whose} changes by a factor of {ratios} with payload; without this change the mass would be "
-        f"{masses} kg: check units and drive gains, and what changed between the recordings"
-    )
-    yield error(text)._replace(cause=worst.fall > HELPFUL, explains=worst.fall)
-
-
-def beyond(scale: Effect, joint_z: float = JOINT_SCALE_Z) -> bool:
-    """True if a scale is another one."""
-    least, z = (JOINT_SCALE, joint_z) if scale.where else (SCALE, SCALE_Z)
-    return abs(scale.size) > least and scale.z() > z
-
-
-def sensitive(evidence: Evidence) -> Iterator[Finding]:
-    """Mass that an unnoticed scale error of the loaded torques would move out of its interval.
-
-    An error of 1.96 sigma, {HIDDEN[0]:.0%} to {HIDDEN[1]:.0%}, moves it by over {SENSITIVE:.0%}: do not use if
-    intervals grow by over {TOGETHER:g} (Birge), else noted; not if a different scale is seen,
-    something pulls at the flange, or the payload was weighed.
-    """
+    if off and (pull is None or pull.z() <= off[0].z()):
+        worst = off[0]
+        either = [scale for scale in off if scale.z() > EITHER * worst.z()]
+        others = [scale for scale in either if bool(scale.where) != bool(worst.where)]
+        likely = sorted([worst, *others[:1]], key=lambda scale: scale.where)  # that of all torques first
+        whose = f"{worst.where}'s torques" if worst.where else "the torques"
+        whose = f"all torques, or only those of {likely[1].where}," if others else whose
+        masses = " or ".join(f"{(evidence.mass + scale.change[9]) / (1.0 + scale.size):.3g}" for scale in likely)
+        ratios = " or ".join(f"{1.0 + scale.size:.3f} ± {scale.sigma:.2g}" for scale in likely)
+        text = (
+            f"the scale of {whose} changes by a factor of {ratios} with payload; without this change the mass "
+            f"would be {masses} kg: check units and drive gains, and what changed between the recordings"
+        )
+        yield error(text)._replace(cause=worst.fall > HELPFUL, explains=worst.fall)
     mass, whole = evidence.mass, next((scale for scale in evidence.scales if not scale.where), None)
-    weighed = any(payload.result.weighings for payload in evidence.constrained) or pull_of(evidence) is not None
+    weighed = any(payload.result.weighings for payload in evidence.constrained) or pull is not None
     weighed = weighed or (evidence.weighed is not None and evidence.weighed.from_scale)
     if whole is None or evidence.spread is None or weighed or not mass > 0.0 or beyond(whole):
         return
@@ -288,19 +290,10 @@ def sensitive(evidence: Evidence) -> Iterator[Finding]:
         )
 
 
-def motors_apart(evidence: Evidence) -> Iterator[Finding]:
-    """Currents of one motor with payload on a different scale from those without (`gains`).
-
-    By over {JOINT_SCALE:.0%} and {OWN_SCALE_Z:g} sigma: not its gain.
-    """
-    off = [scale for scale in evidence.scales if scale.where and beyond(scale, OWN_SCALE_Z)]
-    worst = max((scale for scale in off if scale.z() <= JOINT_SCALE_Z), key=Effect.z, default=None)
-    if evidence.gained is not None and worst is not None:
-        yield warning(
-            f"motor {worst.where.split()[1]}: the scale of its currents with payload is {1.0 + worst.size:.2f} ± "
-            f"{worst.sigma:.2g} times that without; keep the maker's gain there",
-            "gain",
-        )
+def beyond(scale: Effect) -> bool:
+    """True if a scale is another one."""
+    least, z = (JOINT_SCALE, JOINT_SCALE_Z) if scale.where else (SCALE, SCALE_Z)
+    return abs(scale.size) > least and scale.z() > z
 
 
 def joints(evidence: Evidence) -> list[Finding]:
@@ -314,8 +307,35 @@ def joints(evidence: Evidence) -> list[Finding]:
     view, mass, factor = evidence.by_joints, evidence.mass, evidence.disagreement
     # Standard deviations from few blocks, which are uncertain themselves, are wider, as Student's t is.
     wider = 1.0 if evidence.weighed is None else few_blocks(view.degrees_of_freedom)
-    odd, text, serious = _odd(view, wider, mass, factor)
-    if not odd:
+    ratios = [(joint, ratio, wider * sigma) for joint, ratio, sigma in view.ratios]
+    off = [each for each in ratios if abs(each[1] - 1.0) > max(SHARE, SIGMAS * each[2])]
+    single = [
+        (r.mass, wider * r.sigma, r.joints[0]) for r in view.masses if not r.joints[1:] and r.mass is not None
+    ]
+    apart = [each for each in single if abs(each[0] - mass) > max(WRONG * abs(mass), SIGMAS * each[1])]
+    if not apart:
+        pairs = [
+            (abs(a[0] - b[0]) / np.hypot(a[1], b[1]), [a, b])
+            for a, b in combinations(single, 2)
+            if abs(a[0] - b[0]) > NOTABLE * abs(mass)
+        ]
+        z, pair = max(pairs, key=lambda entry: entry[0], default=(0.0, []))
+        apart = pair if z >= NOTABLE_SIGMAS else []
+    serious = bool(off or apart)
+    if off:  # what it spoils in the others is its doing too
+        joint, ratio, sigma = max(off, key=lambda each: abs(np.log(max(each[1], 0.05))))
+        odd = [joint]
+        text = f"joint {joint} measures {ratio:.2f} ± {sigma:.2g} times the payload that the other joints measure"
+    elif apart:
+        texts = ", ".join(f"joint {joint} {m:.3g} ± {s:.2g} kg" for m, s, joint in apart)
+        odd = [joint for *_, joint in sorted(apart, key=lambda each: -abs(each[0] - mass) / each[1])]
+        text = f"the joints measure different masses ({texts})"
+    elif factor > TOGETHER and ratios:
+        odd = [max(ratios, key=lambda each: abs(each[1] - 1.0) / each[2])[0]]
+        text = (
+            f"the joints disagree about the payload by {factor:.1f} times their errors, joint {odd[0]} most of all"
+        )
+    else:
         return []
     own = float(evidence.best.estimate.larger_sigma[9]) if evidence.best is not None else np.inf
     # Of drive gains nothing has widened the estimate yet.
@@ -335,47 +355,12 @@ def joints(evidence: Evidence) -> list[Finding]:
     return [(warning if serious else note)(f"{text}; {grown}: {advice}")]
 
 
-def _odd(view: ByJoints, wider: float, mass: float, factor: float) -> tuple[tuple[int, ...], str, bool]:
-    """Find joints that do not go with the answer, the worst first, and whether that is more than worth knowing."""
-    ratios = [(joint, ratio, wider * sigma) for joint, ratio, sigma in view.ratios]
-    off = [each for each in ratios if abs(each[1] - 1.0) > max(SHARE, SIGMAS * each[2])]
-    if off:  # what it spoils in the others is its doing too
-        joint, ratio, sigma = max(off, key=lambda each: abs(np.log(max(each[1], 0.05))))
-        text = f"joint {joint} measures {ratio:.2f} ± {sigma:.2g} times the payload that the other joints measure"
-        return (joint,), text, True
-    single = [
-        (r.mass, wider * r.sigma, r.joints[0]) for r in view.masses if not r.joints[1:] and r.mass is not None
-    ]
-    apart = [each for each in single if abs(each[0] - mass) > max(WRONG * abs(mass), SIGMAS * each[1])]
-    if not apart:
-        pairs = [
-            (abs(a[0] - b[0]) / np.hypot(a[1], b[1]), [a, b])
-            for a, b in combinations(single, 2)
-            if abs(a[0] - b[0]) > NOTABLE * abs(mass)
-        ]
-        z, pair = max(pairs, key=lambda entry: entry[0], default=(0.0, []))
-        apart = pair if z >= NOTABLE_SIGMAS else []
-    if apart:
-        texts = ", ".join(f"joint {joint} {m:.3g} ± {s:.2g} kg" for m, s, joint in apart)
-        worst_first = sorted(apart, key=lambda each: -abs(each[0] - mass) / each[1])
-        return tuple(joint for *_, joint in worst_first), f"the joints measure different masses ({texts})", True
-    if factor <= TOGETHER or not ratios:
-        return (), "", False
-    worst, *_ = max(ratios, key=lambda each: abs(each[1] - 1.0) / each[2])
-    text = f"the joints disagree about the payload by {factor:.1f} times their errors, joint {worst} most of all"
-    return (worst,), text, False
-
-
 def disagreement(by_joints: ByJoints, gains: Array, few: bool = False) -> float:
     """Birge ratio of the joints' payload ratios: how much farther they lie from 1 than their errors let them.
 
     Joints that disagree prove an error of some gain, friction or description, of which no residual knows. What
-    chance brings about widens nothing (F test).
-
-    Args:
-        gains: covariance of the gains' stated relative errors, n x n; what all joints have in common does not
-            count.
-        few: whether the standard deviations come from few blocks of time.
+    chance brings about widens nothing (F test). ``gains``: covariance of the gains' stated relative errors, n x n;
+    what all joints have in common does not count. ``few``: whether standard deviations come from few blocks.
     """
     wider, k = few_blocks(by_joints.degrees_of_freedom) if few else 1.0, len(by_joints.ratios)
     if k < 2:

@@ -21,40 +21,30 @@ from . import checks
 from .causes import SUSPICIOUS, alternatives, likely_causes, other_readings
 from .engine import BLOCKS, States, System, states_of
 from .evidence import Evidence, Finding, Level, Verdict
-from .hypotheses import HYPOTHESES, earth, effects_of, hypotheses, matter, tilt_correction
-from .scales import beyond, disagreement, joints, motors_apart, nominal_gravity, scale, scales, sensitive, weight
+from .hypotheses import HYPOTHESES, effects_of, hypotheses, matter, tilt_correction
+from .scales import beyond, disagreement, joints, nominal_gravity, scale, scales, weight
 
 Check = Callable[[Evidence], Iterable[Finding]]
 CHECKS: tuple[Check, ...] = (
     hypotheses,
-    earth,
     weight,
     checks.residual,
-    checks.validation,
-    checks.friction,
-    checks.impossible,
-    checks.sign,
-    checks.methods_apart,
+    checks.parameters,
+    checks.masses,
     checks.measured,
-    checks.unexplained,
     joints,
     scale,
-    sensitive,
     checks.new_zeros,
     other_readings,
     checks.other_ways,
-    checks.drift,
     checks.rests,
-    checks.alignment,
-    checks.condition,
-    checks.weights_apart,
-    checks.known_gains,
-    motors_apart,
+    checks.excitation,
+    checks.gains,
 )
 """Checks of the recordings, in the order in which their findings are reported."""
-COLUMNS: tuple[Check, ...] = (hypotheses, joints, scale, sensitive, other_readings)
+COLUMNS: tuple[Check, ...] = (hypotheses, joints, scale, other_readings)
 """Checks that say nothing where signs, units or mounting go against the weight of the links."""
-BEFOREHAND: tuple[Check, ...] = (checks.rating, checks.conflicts)
+BEFOREHAND: tuple[Check, ...] = (checks.conflicts,)
 """Checks of what was known beforehand: reported after the causes, and no reason to search any."""
 _OUTDONE = 1.5
 """A cause that leaves so many times the squared residual of the best one is not reported: a turned joint may look
@@ -88,12 +78,10 @@ def judge(*evidence: Evidence) -> Verdict:
 
 
 def verdict_of(findings: Sequence[Finding], brief: bool = True, partly: Level = "mass_and_com_only") -> Verdict:
-    """Make the verdict of findings: the level that they leave, those that explain most first, notes last.
+    """Make the verdict of findings, in the order in which they are reported: those that explain most first.
 
-    Args:
-        findings: in the order in which they are reported, behind what explains them.
-        brief: where no number may be used, leave out what spoils single ones and is no cause; else it comes last.
-        partly: the level where only single numbers are spoilt.
+    Where no number may be used, what spoils single ones and is no cause is left out if ``brief``, else last.
+    ``partly``: the level where only single numbers are spoilt.
     """
 
     def rank(finding: Finding) -> tuple[float, bool]:
@@ -119,12 +107,15 @@ def verdict_of(findings: Sequence[Finding], brief: bool = True, partly: Level = 
 
 
 def table() -> list[tuple[str, str]]:
-    """List every check: what it looks at, and from where on it says what; the documentation prints it."""
-    rows = []
-    looks: list[Callable[..., object]] = [row.finding for row in HYPOTHESES]
-    for check in [*looks, *(check for check in (checks.too_short, *CHECKS, *BEFOREHAND) if check != hypotheses)]:
-        what, _, limits = " ".join(str(check.__doc__).split()).partition(". ")
-        rows.append((what, limits.format(**vars(sys.modules[check.__module__]))))
+    """List every check: what it looks at, and from where on it says what, for each paragraph of its docstring."""
+    rows, looks = list[tuple[str, str]](), [row.finding for row in HYPOTHESES]
+    for check in (*looks, checks.too_short, *CHECKS[1:], *BEFOREHAND):
+        what = ""
+        for paragraph in str(check.__doc__).split("\n\n"):
+            what, _, limits = " ".join([what, *paragraph.split()]).strip().partition(". ")
+            if limits:  # else the next paragraph holds them
+                rows.append((what, limits.format(**vars(sys.modules[check.__module__]))))
+                what = ""
     return rows
 
 
@@ -133,11 +124,8 @@ def diagnose(
 ) -> Evidence:
     """Look at what no residual of a method shows, as far as recordings alone show it.
 
-    Args:
-        best: the estimate whose weights of the joints are taken.
-        gains: with whose errors joints may disagree.
-        description: the robot as it was given, where gains are what is asked for: other readings are then compared
-            with gains of their own; the problem's robot by default.
+    Joints have the weights of ``best``, and may disagree by errors of ``gains``. ``description``: the robot as it
+    was given, where gains are what is asked for: other readings are then compared with gains of their own.
     """
     states = None if isinstance(problem, StaticMotion) else states_of(problem.source)
     system, weights = system_of(problem, states), best.estimate.weights
