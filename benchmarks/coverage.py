@@ -27,6 +27,7 @@ from dynident.estimation.equations.equations import Equations
 from dynident.estimation.fit.covariance import student95
 from dynident.estimation.fit.estimate import error_model
 from dynident.estimation.fit.linear_problem import LinearProblem, weighted
+from dynident.estimation.fit.own_equations import payload_observer
 from dynident.estimation.payload.by_joints import payload_by_joints
 from dynident.estimation.payload.long_motion import PairedMeasurement, long_motion
 from dynident.estimation.payload.methods import (
@@ -123,7 +124,7 @@ def repeated_problem(
     pairs = [PairedMeasurement(*pair) for pair in zip(*sides, strict=True)]
     settings = estimation.Settings(robot.processing, friction_change=0.0)
     bares = [model.Recording(one.motion.t, one.motion.q, one.torque, one.motion.qd) for one in sides[0]]
-    return long_motion(robot, sides[1], sides[0], pairs, settings), bares
+    return long_motion(payload_observer(robot), sides[1], sides[0], pairs, settings), bares
 
 
 def repeated(memory: float, trajectories: int, name: str, seed: int) -> Iterator[Stated]:

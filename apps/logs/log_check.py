@@ -163,7 +163,7 @@ def check_log(
         more = "within a factor of two; 'dynident gains' finds them from a known payload"
         check = check.completed([note(f"{text}, {more}")])
     # What the robot's model says of the log.
-    robot = robot if currents else own_equations.with_friction(robot, [recording], Settings(processing))[0]
+    robot = robot if currents else own_equations.with_friction(robot, [recording], Settings(processing))[0].robot
     try:
         recording, equations = _reduced(robot, recording, processing, currents)
         estimate = weighted(equations)
@@ -222,7 +222,9 @@ def _reduced(
     if currents and robot.coupling is None and robot.spring is None:
         states = engine.States.of(recording, processing)
         recording = dataclasses.replace(recording, torque=recording.torque / engine.relative_scales(robot, states))
-    return recording, own_equations.base_problem(robot, [recording], Settings(processing), check=False)
+    return recording, own_equations.base_problem(
+        own_equations.payload_observer(robot), [recording], Settings(processing), check=False
+    )
 
 
 class RobotFit(Document, frozen=True):

@@ -28,7 +28,7 @@ from ..equations.observer import Observer, used
 from ..fit.covariance import weighted_solution
 from ..fit.estimate import Estimate, Fit, Gains, Parameter, error_model, fit, usual_gains
 from ..fit.linear_problem import Elimination, Excitation, Known, LinearProblem, eliminate, excitation, weighted
-from ..fit.own_equations import TermChoice, base_problem, with_friction
+from ..fit.own_equations import TermChoice, base_problem, payload_observer, with_friction
 from ..fit.settings import DEFAULTS, Settings
 from ..payload.long_motion import LongMotion, Source
 from ..payload.methods import PayloadProblem, from_robot, jackknifed
@@ -238,9 +238,9 @@ def identify(
     """
     check_given(robot, recordings, validation)
     settings.progress("base parameters")
-    robot, choices, observer = with_friction(robot, recordings, settings)
-    base = base_parameters(robot)
-    problem = base_problem(robot, recordings, settings, observer=observer)
+    observer, choices = with_friction(robot, recordings, settings)
+    robot = observer.robot
+    base, problem = base_parameters(robot), base_problem(observer, recordings, settings)
     gains = settings.gains or usual_gains(robot, recordings)
     covariance = gains.covariance(len(problem.factors)) if gains is not None else None
     prior = None
@@ -290,7 +290,9 @@ def identify(
 
 def held_out_fit(robot: Robot, estimate: Estimate, recordings: Sequence[Recording], settings: Settings) -> Fit:
     """Fit of the robot's parameters to recordings without payload that were held out."""
-    unseen = base_problem(robot, recordings, replace(settings, robust=False), False, estimate.values)
+    unseen = base_problem(
+        payload_observer(robot), recordings, replace(settings, robust=False), False, estimate.values
+    )
     return fit(unseen, estimate.values)
 
 
@@ -354,8 +356,9 @@ def equations(
     """
     check_given(robot, recordings)
     base, processing = base_parameters(robot), settings.processing_of(robot)
-    reduced = base_problem(robot, recordings, replace(settings, robust=False))
-    observer = Observer(robot, base.columns).at(weighted_solution(reduced))  # friction under their own load
+    observer = payload_observer(robot)
+    reduced = base_problem(observer, recordings, replace(settings, robust=False))
+    observer = observer.only(base.columns).at(weighted_solution(reduced))  # friction under their own load
     system = joined([(observer, one, False) for one in recordings], np.ones(robot.n), reduced, processing)
     return system.W, system.Y, system.joint, system.t
 

@@ -132,27 +132,30 @@ def chosen_terms(
     return terms_of([*chain.from_iterable(kept.values())], candidates, robot.n), tuple(choices.values())
 
 
+def payload_observer(robot: Robot) -> Observer:
+    """Make the observer of a robot's base parameters, a payload's ten and ``PATH``: one code for all equations."""
+    return Observer(robot, (*base_parameters(robot).columns, *payload_columns(robot), PATH))
+
+
 def base_problem(
-    robot: Robot,
+    observer: Observer,
     recordings: Sequence[Recording],
     settings: Settings,
     check: bool = True,
     chi: Array | None = None,
-    observer: Observer | None = None,
 ) -> Equations:
     """Process recordings of one load to equations in the base parameters, in blocks of time where robust.
 
     ``check``: refuse recordings in which some joint never moves; ``chi``: base parameters under whose load
-    friction is, by default those that the recordings show; ``observer``: of the robot, where one is there.
+    friction is, by default those that the recordings show.
     """
+    robot = observer.robot
     processing = settings.processing_of(robot)
     check_recordings(robot, recordings)
     if check:
         check_moving(robot, recordings)
     rows = [used(data, processing) for data in filtered(recordings, processing, settings.progress)]
-    columns = base_parameters(robot).columns
-    observer = Observer(robot, columns) if observer is None else observer.only(columns)
-    (equations, opened), _ = under_own_load(observer, rows, chi)
+    (equations, opened), _ = under_own_load(observer.only(base_parameters(robot).columns), rows, chi)
     if equations.equations == 0:
         raise InputError(f"{recordings[0].source}: no joint moves: nothing can be compared")
     # Blocks are as long as the memory of the recordings asks for.
@@ -161,18 +164,17 @@ def base_problem(
 
 def with_friction(
     robot: Robot, recordings: Sequence[Recording], settings: Settings
-) -> tuple[Robot, tuple[TermChoice, ...], Observer | None]:
-    """Give a robot the friction that the settings ask for, and tell which terms were tried.
+) -> tuple[Observer, tuple[TermChoice, ...]]:
+    """Give a robot the friction that the settings ask for: its payload observer, and which terms were tried.
 
     Of candidates those are kept that recordings show in blocks of time; none without blocks or measured friction.
-    With them comes the observer by which they were tried: of robot, payload and ``PATH``.
     """
     asked, own = settings.friction, robot.drives.friction
     if not isinstance(asked, Candidates):
-        return robot.with_friction(asked), (), None
+        return payload_observer(robot.with_friction(asked)), ()
     candidates = tuple(term for term in asked.terms if term.kind not in [one.kind for one in own])
     if not candidates or not own:
-        return robot, (), None
+        return payload_observer(robot), ()
     settings.progress("choosing the friction's terms")
     base, wide = base_parameters(robot), robot.with_friction((*own, *candidates))
     processing, standard = settings.processing_of(robot), standard_columns(robot)
@@ -190,8 +192,9 @@ def with_friction(
             raise InputError(f"{len(equations.blocks)} blocks of time are too few to hold some out: record longer")
         terms, choices = chosen_terms(wide, candidates, equations)
     except InputError as error:  # what no estimate can do with either is refused there
-        return robot, tuple(TermChoice(term.kind, False, why_not=f"{error}") for term in candidates), None
-    return (robot := robot.with_friction((*own, *terms))), choices, every.of(robot)
+        tried = (TermChoice(term.kind, False, why_not=f"{error}") for term in candidates)
+        return payload_observer(robot), tuple(tried)
+    return every.of(robot.with_friction((*own, *terms))), choices
 
 
 def filtered(

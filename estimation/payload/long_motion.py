@@ -32,7 +32,7 @@ from ..fit import covariance
 from ..fit.covariance import weighted_solution
 from ..fit.estimate import Estimate, Fit, error_model
 from ..fit.linear_problem import Known, SoftPrior, left_out, weighted
-from ..fit.own_equations import TermChoice, check_moving, filtered, under_own_load, with_friction
+from ..fit.own_equations import TermChoice, check_moving, filtered, payload_observer, under_own_load, with_friction
 from ..fit.settings import DEFAULTS, Settings
 from ..signals.filtering import AlignedPair, aligned, check_mismatch, grid_rate, measurement
 from ..signals.recordings import check_given, check_recordings, cut, origin, shortest_piece, without_dead
@@ -306,12 +306,12 @@ def payload_problem(
     """
     check_given(robot, loaded, unloaded)
     processing, progress, choices = settings.processing_of(robot), settings.progress, tuple[TermChoice, ...]()
-    observer: Observer | None = None
     robot = without_dead(robot, [*loaded, *unloaded])
-    if known is not None:
-        robot = robot.of_parameters(known.names)
-    elif unloaded:
-        robot, choices, observer = with_friction(robot, unloaded, settings)
+    if unloaded and known is None:
+        observer, choices = with_friction(robot, unloaded, settings)
+    else:
+        observer = payload_observer(robot if known is None else robot.of_parameters(known.names))
+    robot = observer.robot
     progress("base parameters")
     base = base_parameters(robot)
     known = None if known is None else measured_part(known, robot)
@@ -351,7 +351,7 @@ def payload_problem(
         check_moving(robot, recordings)
     progress("cutting into blocks" if settings.robust else "reducing")
     robust = settings.robust and (known is None or known.robust is not None)
-    motion = long_motion(robot, under_load, without, together, replace(settings, robust=robust), known, observer)
+    motion = long_motion(observer, under_load, without, together, replace(settings, robust=robust), known)
     if motion.unloaded and motion.unloaded.equations == 0:
         raise InputError(f"{unloaded[0].source}: no joint moves: nothing can be compared")
     rate = under_load[0].motion.rate
@@ -360,22 +360,20 @@ def payload_problem(
 
 
 def long_motion(
-    robot: Robot,
+    observer: Observer,
     loaded: Sequence[Measurement],
     unloaded: Sequence[Measurement] = (),
     pairs: Sequence[PairedMeasurement] = (),
     settings: Settings = DEFAULTS,
     known: Estimate | None = None,
-    observer: Observer | None = None,
 ) -> LongMotion:
     """Reduce measurements, in blocks of time where robust; those of a pair at the same points of the motion.
 
-    Where there are ``pairs``, the k-th unloaded measurement is that of the k-th pair; ``known``: the robot;
-    ``observer``: of robot, payload and ``PATH``.
+    ``observer``: of robot, payload and ``PATH``; ``known``: the robot. Where there are ``pairs``, the k-th unloaded
+    measurement is that of the k-th pair.
     """
+    robot = observer.robot
     base, processing, ten = base_parameters(robot), settings.processing_of(robot), payload_columns(robot)
-    columns = (*base.columns, *ten, PATH)
-    observer = Observer(robot, columns) if observer is None else observer.only(columns)
     both = observer.only((*base.columns, *ten), (*base.columns, *PAYLOAD))
     loads, chi = dict[str, tuple[Equations, list[Observation]]](), np.zeros(len(base.columns))
     of_unloaded, of_loaded = ([used(data, processing) for data in group] for group in (unloaded, loaded))

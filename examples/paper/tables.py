@@ -25,6 +25,7 @@ from dynident.common.progress import Progress
 from dynident.estimation import PAYLOAD as TEN
 from dynident.estimation import Estimate, Identification, PayloadAnswer, Settings, answer_payload, identify
 from dynident.estimation.fit.estimate import Fit, fit
+from dynident.estimation.fit.own_equations import payload_observer
 from dynident.estimation.payload.long_motion import long_motion
 from dynident.estimation.payload.methods import PayloadEstimate
 from dynident.estimation.signals.filtering import measurement
@@ -199,7 +200,9 @@ def compared(experiment: Experiment, progress: Progress) -> list[Table | Notes]:
     answer = answer_payload(problem, held_out=[bare])
     joint, essential = robust_joint(problem), essential_joint(problem)
     measured = measurement(loaded, robot.processing)
-    rows = long_motion(robot, [measured], settings=Settings(robot.processing, robust=False)).loaded
+    rows = long_motion(
+        payload_observer(robot), [measured], settings=Settings(robot.processing, robust=False)
+    ).loaded
     return [
         *table1(answer, paper),
         table2(joint, essential, true_values(experiment, problem), paper),

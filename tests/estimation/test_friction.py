@@ -25,7 +25,7 @@ from dynident.estimation.equations.equations import PAYLOAD
 from dynident.estimation.fit.covariance import FEWEST, student95
 from dynident.estimation.fit.estimate import Fit, fit
 from dynident.estimation.fit.linear_problem import LinearProblem, SoftPrior, weighted
-from dynident.estimation.fit.own_equations import base_problem
+from dynident.estimation.fit.own_equations import base_problem, payload_observer
 from dynident.estimation.payload.long_motion import friction_changes
 from dynident.estimation.payload.methods import METHODS, from_robot, global_fit, under_load
 from dynident.estimation.payload.short_motion import known_robot_weighing
@@ -115,7 +115,7 @@ def test_the_load_settles() -> None:
     robot = rubbing("rx90")
     result = identify(load_robot("rx90"), [recorded(robot, 4)], Settings(robust=False))
     fitted = result.estimate.values
-    again = base_problem(result.robot, [recorded(robot, 4)], Settings(robust=False), chi=fitted)
+    again = base_problem(payload_observer(result.robot), [recorded(robot, 4)], Settings(robust=False), chi=fitted)
     moved = identify(
         result.robot, [recorded(robot, 4)], Settings(robust=False, friction=result.robot.drives.friction)
     )

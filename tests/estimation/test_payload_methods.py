@@ -10,6 +10,7 @@ from dynident import estimation, identify, identify_payload, load_robot, model, 
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation.fit.linear_problem import weighted
+from dynident.estimation.fit.own_equations import payload_observer
 from dynident.estimation.payload.long_motion import PairedMeasurement, Source, frame_change, long_motion
 from dynident.estimation.payload.methods import usable_methods
 from dynident.estimation.payload.short_motion import difference_weighing
@@ -44,7 +45,7 @@ def problem_of(
     pairs = [(noisy(a), noisy(b)) for a, b in pairs]
     bare, loaded = zip(*pairs, strict=True)
     together = [PairedMeasurement(a, b) for a, b in pairs]
-    return long_motion(robot, loaded, bare, together, estimation.Settings(EXACT, robust=False))
+    return long_motion(payload_observer(robot), loaded, bare, together, estimation.Settings(EXACT, robust=False))
 
 
 @pytest.mark.parametrize("method", METHODS)

@@ -8,7 +8,7 @@ from dynident import estimation
 from dynident.apps.logs.read import read_recording
 from dynident.benchmarks.shared import UR10E_GAINS, UR10E_MASS
 from dynident.estimation.fit.estimate import fit
-from dynident.estimation.fit.own_equations import base_problem
+from dynident.estimation.fit.own_equations import base_problem, payload_observer
 from dynident.model import Recording, load_robot
 from dynident.model.friction import PAPER
 
@@ -84,7 +84,7 @@ def test_a_real_arms_friction_grows_with_load(
     assert result.estimate["FS2"] < 13.0  # 18.3 by the paper's terms
     values, settings = result.estimate.values, estimation.Settings(robust=False)
     for other, most in unseen.items():
-        rows = base_problem(result.robot, [ur10e[other]], settings, check=False, chi=values)
+        rows = base_problem(payload_observer(result.robot), [ur10e[other]], settings, check=False, chi=values)
         assert 100.0 * fit(rows, values).relative < most
 
 

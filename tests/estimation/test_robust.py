@@ -16,6 +16,7 @@ from dynident.estimation.equations.observer import Observation, Observer, reduce
 from dynident.estimation.fit import covariance
 from dynident.estimation.fit.covariance import Rule, autocorrelation_time, block_edges, jackknife, student95
 from dynident.estimation.fit.linear_problem import LinearProblem, weighted
+from dynident.estimation.fit.own_equations import payload_observer
 from dynident.estimation.payload.long_motion import PairedMeasurement, long_motion
 from dynident.estimation.payload.methods import METHODS
 from dynident.estimation.possible.robot import solve_constrained_base
@@ -168,7 +169,7 @@ def problem_of(simulator: Simulator, pairs: list[PairedMeasurement], paired: boo
     robot = simulator.robot
     loaded, bare = [pair.loaded for pair in pairs], [pair.unloaded for pair in pairs]
     settings = Settings(SETTINGS, friction_change=0.0)
-    return long_motion(robot, loaded, bare, pairs if paired else [], settings)
+    return long_motion(payload_observer(robot), loaded, bare, pairs if paired else [], settings)
 
 
 def weighing_robot(problem: LongMotion, weights: Array) -> LongMotion:
@@ -182,9 +183,13 @@ def weighing_robot(problem: LongMotion, weights: Array) -> LongMotion:
 def test_blocks_of_one_motion_are_cut_at_the_same_points(simulator: Simulator, pair: PairedMeasurement) -> None:
     """Whatever the unloaded recording's own clock shows."""
     robot = simulator.robot
-    plain = long_motion(robot, [pair.loaded], [pair.unloaded], [pair], Settings(SETTINGS))
+    plain = long_motion(payload_observer(robot), [pair.loaded], [pair.unloaded], [pair], Settings(SETTINGS))
     shifted = long_motion(
-        robot, [pair.loaded], [later(pair.unloaded, -7.5)], [pair._replace(lag=7.5)], Settings(SETTINGS)
+        payload_observer(robot),
+        [pair.loaded],
+        [later(pair.unloaded, -7.5)],
+        [pair._replace(lag=7.5)],
+        Settings(SETTINGS),
     )
     bare, moved = plain.unloaded, shifted.unloaded
     assert bare is not None
