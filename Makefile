@@ -47,7 +47,7 @@ bench: .venv/installed-test
 	  echo "== $$name"; OPENBLAS_NUM_THREADS=1 $(BIN)/python benchmarks $$name || exit 1; done
 
 clean:
-	rm -rf .venv build dist site *.egg-info
+	rm -rf .venv build dist site *.egg-info tests/.pytest_cache
 
 .venv/bin/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from dynident import model
 from dynident.common.arrays import Array
-from dynident.model.kernel.cache import CompilerUnavailable, compiled_library
+from dynident.model.kernel import cache
 from dynident.model.kernel.kernel import Kernel
 from dynident.tests.frozen.inputs import folder_of_inputs
 from hypothesis import settings
@@ -73,8 +73,11 @@ ALL_ROBOTS = ("test_pinocchio.py", "test_robot_file.py")
 """Files whose tests take every shipped robot; compiled only for those above, for a compiler's time is long."""
 FEW_STEPS = ("commands", "report")
 """Folders whose tests evaluate many models a few times each: to compile each would take longer."""
-MANY_STEPS = ("simulate", "demo", "rollout")
+MANY_STEPS = ("simulate", "demo", "rollout", "identify")
 """Commands of thousands of steps, for which a compiler pays."""
+FLAGS = cache._FLAGS
+SAME_DIGITS = ("-O1", "-fexpensive-optimizations", "-fschedule-insns2", *FLAGS[1:])
+"""Code of the same digits in half of a compiler's time, a tenth slower; ``tests/model`` has the package's own."""
 UNCOMPILED = (
     "test_at_rest.py",
     "test_design.py",
@@ -125,12 +128,13 @@ def _of_all_workers(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="session", autouse=True)
-def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """Compiled code of the tests goes to a folder of its own, which parallel workers share."""
-    folder = _of_all_workers(tmp_path_factory) / "kernels"
-    folder.mkdir(exist_ok=True)
+def _own_cache(tmp_path_factory: pytest.TempPathFactory, pytestconfig: pytest.Config) -> Iterator[None]:
+    """Compiled code of the tests goes to a folder of its own, which parallel workers, and the next run, share."""
+    kept = getattr(pytestconfig, "cache", None)  # emptied by --cache-clear
+    folder = kept.mkdir("kernels") if kept else _of_all_workers(tmp_path_factory) / "kernels"
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("DYNIDENT_CACHE", str(folder))
+        patch.setattr(cache, "_FLAGS", SAME_DIGITS)
         yield
 
 
@@ -159,6 +163,8 @@ def _without_compiler(request: pytest.FixtureRequest, root: Path, monkeypatch: p
     folder, further = request.path.relative_to(root / "tests").parts[0], {*model.robot_names()}.difference(IN_FULL)
     many = request.node.get_closest_marker("many_steps") or _is_about(MANY_STEPS, request.node)
     few = folder in FEW_STEPS and not many
+    if folder == "model":
+        monkeypatch.setattr(cache, "_FLAGS", FLAGS)
     if few or (request.path.name in UNCOMPILED and _is_about(further, request.node)):
         monkeypatch.setenv("DYNIDENT_NO_COMPILER", "1")
 
@@ -241,8 +247,8 @@ def compiled(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) ->
         monkeypatch.setenv("DYNIDENT_NO_COMPILER", "1")
         return False
     try:
-        compiled_library("void kernel(void) {}")
-    except CompilerUnavailable as reason:
+        cache.compiled_library("void kernel(void) {}")
+    except cache.CompilerUnavailable as reason:
         pytest.skip(f"compiled kernels cannot be tested here: {reason}")
     return True
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 from cyclopts import Token
+from dynident.estimation.diagnosis import causes
 from dynident.tests.commands.lines import BRIEF, LINES, NEAR, NOISE, REST, SCORE, WHOLE
 from dynident.tests.commands.typed import options, refused, typed
 from dynident.tests.frozen.inputs import NAMES, arguments
@@ -333,8 +334,13 @@ def differing(folder: Path, name: str, entry: str, bases: dict[str, dict[str, by
 @pytest.mark.long
 @pytest.mark.usefixtures("hasty", "drawn_empty")
 @pytest.mark.parametrize("name", OPTIONS)
-def test_every_option_changes_something_or_is_refused(name: str, folder: Path) -> None:
-    """Figures are empty: each shows what stands in numbers beside it."""
+def test_every_option_changes_something_or_is_refused(
+    name: str, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Figures are empty: each shows what stands in numbers beside it; causes are searched in a few states."""
+    for constant, few in {"_LONGEST": 5, "_ENOUGH": 300}.items():
+        monkeypatch.setattr(causes, constant, few)
+    monkeypatch.setattr(causes, "robot_names", lambda: ("rx90", "tx40"))
     line = f"{name} {LINES[name]}"
     bases = {LINES[name]: outcome(folder, line)}
     assert outcome(folder, line) == bases[LINES[name]], "a line gives the same twice"

@@ -69,54 +69,36 @@ def run(copy: Path, program: str) -> str:
     return done.stdout
 
 
-def test_the_fault_is_reported_where_it_is(copy: Path) -> None:
+def test_fault_log_controller_and_constraint_work(copy: Path) -> None:
+    """In one process: the fault where it is, the log as written, the load in the file, the constraint kept."""
     program = f"""{RECORDED}
+import json
+from dynident import read_recording
+from dynident.estimation import PossibleBody
+from dynident.estimation.possible.constraints import NearAxis
 faded = [replace(one, torque=one.torque * (1.0 - 0.1 * one.t[:, None] / one.t[-1])) for one in (bare, loaded)]
 for unloaded, other in ((bare, loaded), faded):
     result = identify_payload(robot, [other], [unloaded])
     print([reason for reason in result.verdict.reasons if "let the drives warm up" in reason])
-"""
-    good, bad = run(copy, program).splitlines()
-    assert good == "[]"
-    assert "the torques change by" in bad
-
-
-def test_the_log_is_read(copy: Path) -> None:
-    program = f"""{RECORDED}
-import json
-from dynident import read_recording
 names = ["t", *(f"q{{j}}" for j in range(1, 7)), *(f"tau{{j}}" for j in range(1, 7))]
 rows = np.column_stack([bare.t, bare.q, bare.torque]).tolist()
 open("log.jsonl", "w").write("".join(json.dumps(dict(zip(names, row))) + "\\n" for row in rows))
 read = read_recording("log.jsonl", robot)
 print(len(read.t) == len(bare.t) and abs(read.torque - bare.torque).max() < 1e-9)
+print(identify_payload(robot, [loaded], [bare]).export("acme").strip().splitlines()[-1])
+for rules in ((PossibleBody(),), (PossibleBody(), NearAxis(0.001))):
+    com = identify_payload(robot, [loaded], [bare], constraints=rules).com
+    print(np.abs(com.value[:2]).max())
 """
-    assert run(copy, program).split() == ["True"]
-
-
-def test_the_controllers_file_is_written(copy: Path) -> None:
-    program = f"""{RECORDED}
-print(identify_payload(robot, [loaded], [bare]).export("acme"))
-"""
-    line = run(copy, program).strip().splitlines()[-1]
+    good, bad, read, line, free, held = run(copy, program).splitlines()
+    assert (good, read) == ("[]", "True")
+    assert "the torques change by" in bad
     mass, x, y, z = (float(word) for word in line.removeprefix("PAYLOAD ").split(","))
     assert mass == pytest.approx(7.0, abs=0.5)
     flange = load_robot("rx90").flange_pose
     assert flange is not None
     assert [x, y, z] == pytest.approx([20.0, -10.0, 140.0 - 1e3 * flange.origin[2]], abs=10.0)
-
-
-def test_the_constraint_holds_in_the_estimate(copy: Path) -> None:
-    program = f"""{RECORDED}
-from dynident.estimation import PossibleBody
-from dynident.estimation.possible.constraints import NearAxis
-for rules in ((PossibleBody(),), (PossibleBody(), NearAxis(0.001))):
-    com = identify_payload(robot, [loaded], [bare], constraints=rules).com
-    print(np.abs(com.value[:2]).max())
-"""
-    free, held = map(float, run(copy, program).split())
-    assert free > 0.005
-    assert held < 0.001 + 1e-6
+    assert float(held) < 0.001 + 1e-6 < 0.005 < float(free)
 
 
 def test_the_criterion_is_lowered_by_a_design(copy: Path) -> None:

@@ -12,6 +12,7 @@ from dynident.apps.logs.log_check import check_log
 from dynident.benchmarks import invented
 from dynident.common.arrays import Array
 from dynident.estimation import Settings, answer_payload, identify, payload_estimate, payload_problem
+from dynident.estimation.diagnosis.causes import Comparison, channels
 from dynident.estimation.diagnosis.engine import Effect, States, System, states_of
 from dynident.estimation.diagnosis.hypotheses import (
     BY_NAME,
@@ -156,6 +157,11 @@ def test_the_joint_on_another_scale_stands_out(pair: tuple[Recording, Recording]
     worst = max(scales(problem, problem.bare.weights, None), key=lambda scale: abs(scale.size) / scale.sigma)
     assert worst.where == "joint 3"
     assert 0.7 < 1.0 + worst.size < 0.9  # the payload takes a part of it
+    for factor, is_unit in ((0.03, True), (0.012, False)):  # of less than a fiftieth nothing is left
+        bare, heavy = (replace(one, torque=one.torque * [1.0, 1.0, factor, 1.0, 1.0, 1.0]) for one in pair)
+        states = system_of(payload_problem(ROBOT, [heavy], [bare], settings=Settings(robust=False))).states
+        read = channels(Comparison(ROBOT, states), np.ones(len(states.t), dtype=bool))
+        assert any("joint 3 is about" in text for text, *_ in read) == is_unit
 
 
 @pytest.mark.long
