@@ -182,14 +182,10 @@ def weighing_robot(problem: LongMotion, weights: Array) -> LongMotion:
 
 def test_blocks_of_one_motion_are_cut_at_the_same_points(simulator: Simulator, pair: PairedMeasurement) -> None:
     """Whatever the unloaded recording's own clock shows."""
-    robot = simulator.robot
-    plain = long_motion(payload_observer(robot), [pair.loaded], [pair.unloaded], [pair], Settings(SETTINGS))
+    observer = payload_observer(simulator.robot)
+    plain = long_motion(observer, [pair.loaded], [pair.unloaded], [pair], Settings(SETTINGS))
     shifted = long_motion(
-        payload_observer(robot),
-        [pair.loaded],
-        [later(pair.unloaded, -7.5)],
-        [pair._replace(lag=7.5)],
-        Settings(SETTINGS),
+        observer, [pair.loaded], [later(pair.unloaded, -7.5)], [pair._replace(lag=7.5)], Settings(SETTINGS)
     )
     bare, moved = plain.unloaded, shifted.unloaded
     assert bare is not None
