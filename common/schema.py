@@ -153,8 +153,10 @@ class Document(Table, frozen=True, dict=True):
                 more[name] = getattr(owner, name)
         return cls(**more)
 
-    def __reduce__(self) -> tuple[Any, ...]:
+    def __reduce__(self) -> str | tuple[Any, ...]:
         """Pickle and copy with what it was made from, which may hold the document itself."""
+        if self.working is None:
+            return super().__reduce__()
         own = {name: getattr(self, name) for name in self.__struct_fields__}
         return partial(type(self), **own), (), {"working": self.working}
 

@@ -163,6 +163,11 @@ class Drives:
         if self.side == "link" and self.rotor_inertia:
             raise ValueError("sensors on the link side see no rotor inertia")
 
+    @staticmethod
+    def on_link_side() -> "Drives":
+        """Drives seen by torque sensors behind the gears: an offset of the sensor, no rotor, no friction."""
+        return Drives(rotor_inertia=False, friction=(), offsets=True, side="link")
+
     @property
     def fit_for_coupling(self) -> bool:
         """True if they have what (8)-(11) say of coupled drives: rotor inertia, FS and FV at all joints."""

@@ -10,12 +10,22 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import casadi as ca
 import numpy as np
 
 from ..common import InputError
+
+
+class Law(NamedTuple):
+    """Factor of the parameter of a built-in term."""
+
+    title: str
+    unit: str
+    value: Callable[[Any, Any, Any, float], Any]  # of speed, its sign, load, own speed, as arrays or expressions
+    loaded: bool = False  # whether the load counts
+
 
 _TINY = 1e-16  # added to a speed under a root, whose derivative at rest is infinite
 
@@ -25,22 +35,19 @@ def _abs(value: Any) -> Any:
     return ca.fabs(value) if isinstance(value, (ca.SX, ca.MX)) else abs(value)
 
 
-LAWS: dict[str, tuple[str, str, Callable[[Any, Any, Any, float], Any]]] = {
-    "FS": ("Coulomb", "N·m or N", lambda v, sign, load, own: sign),
-    "FV": ("viscous", "N·m·s or N·s/m", lambda v, sign, load, own: v),
-    "FL": ("load", "1", lambda v, sign, load, own: _abs(load) * sign),
-    "FR": ("root", "N·m/(rad/s)^.5 or N/(m/s)^.5", lambda v, sign, load, own: (_abs(v) + _TINY) ** 0.5 * sign),
-    "FB": ("Stribeck", "N·m or N", lambda v, sign, load, own: math.e ** (-((v / own) ** 2)) * sign),
-    "FA": ("asymmetric Coulomb", "N·m or N", lambda v, sign, load, own: _abs(sign)),
+LAWS = {
+    "FS": Law("Coulomb", "N·m or N", lambda v, sign, load, own: sign),
+    "FV": Law("viscous", "N·m·s or N·s/m", lambda v, sign, load, own: v),
+    "FL": Law("load", "1", lambda v, sign, load, own: _abs(load) * sign, loaded=True),
+    "FR": Law("root", "N·m/(rad/s)^.5 or N/(m/s)^.5", lambda v, sign, load, own: (_abs(v) + _TINY) ** 0.5 * sign),
+    "FB": Law("Stribeck", "N·m or N", lambda v, sign, load, own: math.e ** (-((v / own) ** 2)) * sign),
+    "FA": Law("asymmetric Coulomb", "N·m or N", lambda v, sign, load, own: _abs(sign)),
 }
 """The built-in terms: (2), then load FL |tau| sign(qd), root FR sqrt|qd| sign(qd), Stribeck FB exp(-(qd/speed)^2)
-sign(qd), and FA |sign(qd)|, by which Coulomb friction differs from one direction to the other.
-
-Each is its title, the unit of its parameter, and the parameter's factor by speed, its sign, load, own speed, as
-arrays or expressions.
-"""
-_TITLES = ", ".join(f"{kind} ({title})" for kind, (title, *_) in LAWS.items())
-_KNOWN = f"give terms such as FS,FV,FL1,FB@0.1, of {_TITLES}"
+sign(qd), and FA |sign(qd)|, by which Coulomb friction differs from one direction to the other."""
+_KNOWN = (
+    f"give terms such as FS,FV,FL1,FB@0.1, of {', '.join(f'{kind} ({law.title})' for kind, law in LAWS.items())}"
+)
 _NAME = re.compile(r"(F[A-Z]+)([1-9]\d*)?(?:@(\d*\.?\d+(?:[eE][+-]?\d+)?))?(?:=(.*):([a-z]+))?")
 
 
@@ -92,7 +99,7 @@ class Friction:
     @property
     def loaded(self) -> bool:
         """True if the term depends on the torque that the gear carries."""
-        return bool(_law(self.code).jac_sparsity(0, 2).nnz()) if self.code else self.kind == "FL"
+        return bool(_law(self.code).jac_sparsity(0, 2).nnz()) if self.code else LAWS[self.kind].loaded
 
     def at(self, joint: int) -> bool:
         """True if a joint (from 1) has the term."""
@@ -101,7 +108,7 @@ class Friction:
     def value(self, speed: Any, sign: Any, position: Any, load: Any) -> Any:
         """Factor of the term's parameter, of NumPy arrays or CasADi expressions."""
         if not self.code:
-            return LAWS[self.kind][2](speed, sign, load, self.speed)
+            return LAWS[self.kind].value(speed, sign, load, self.speed)
         law = _law(self.code)
         if not isinstance(speed, np.ndarray):
             return law(speed, position, load)
@@ -126,7 +133,8 @@ def friction_terms(names: Sequence[str]) -> tuple[Friction, ...]:
     """
     terms = []
     for name in names:
-        if not (found := _NAME.fullmatch(name.strip())):
+        found = _NAME.fullmatch(name.strip())
+        if not found:
             raise InputError(f"friction {name.strip()[:40]!r}: {_KNOWN}")
         kind, joint, speed, unit, code = found.groups()
         terms.append(Friction(kind, int(joint or 0), float(speed or 0.0), unit or "", code or ""))

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, fields, replace
 from functools import partial
 from itertools import chain
 from types import MappingProxyType
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -92,8 +92,12 @@ class Joint:
         return self.kind == "revolute"
 
 
-Mesh = tuple[str, Pose, tuple[float, float, float]]
-"""Look of a part of a link: a file, its frame in the link's, and factors along its axes."""
+class Mesh(NamedTuple):
+    """Look of a part of a link: a file, its frame in the link's, and factors along its axes."""
+
+    file: str
+    pose: Pose
+    scale: tuple[float, float, float]
 
 
 @dataclass(frozen=True)

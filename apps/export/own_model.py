@@ -69,7 +69,7 @@ class XmlEdits:
         """Give an element attributes, in the place of those of the same names."""
         begin, inside, _ = self._places[spot]
         tag = self._text[begin:inside]
-        for name, value in values.items():
+        for name, value in sorted(values.items()):
             end = len(tag.rstrip("/> \t\r\n"))
             there = {found[1]: found.span() for found in _ATTRIBUTE.finditer(tag)}
             start, stop = there.get(name, (end, end))

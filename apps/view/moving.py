@@ -246,14 +246,13 @@ def looks_of(robot: Robot) -> tuple[list[Shape], set[int], list[str]]:
                 own.append(Shape(name, number, coarse(_placed(mesh), most), _LINK))
             shapes += own
         except InputError as failure:
-            failures.setdefault(str(failure), mesh[0])
+            failures.setdefault(str(failure), mesh.file)
     notes = [f"links are capsules where a mesh {reason} (such as {file})" for reason, file in failures.items()]
     return shapes, {shape.frame for shape in shapes}, notes
 
 
 def _placed(mesh: Mesh) -> Trimesh:
-    file, pose, scale = mesh
-    path = Path(file)
+    path = Path(mesh.file)
     if not path.is_file():
         raise InputError("is not there: put the description's package beside it, or name it by ROS_PACKAGE_PATH")
     if path.stat().st_size > _LARGEST:
@@ -262,8 +261,8 @@ def _placed(mesh: Mesh) -> Trimesh:
         scene = trimesh.load_scene(path, process=False)
         # A file of Collada says its unit, others are in metres.
         unit = re.fullmatch(r"([\d.eE+-]+) \* meters", str(scene.units or ""))
-        axes = (float(unit[1]) if unit else 1.0) * pose.R * scale
-        solid = scene.to_mesh().apply_transform(_affine(axes, pose.p))
+        axes = (float(unit[1]) if unit else 1.0) * mesh.pose.R * mesh.scale
+        solid = scene.to_mesh().apply_transform(_affine(axes, mesh.pose.p))
     except Exception as fault:  # readers of many formats, each with errors of its own
         raise InputError(f"cannot be read ({type(fault).__name__})") from None
     if not len(solid.faces) or not np.isfinite(solid.vertices).all():

@@ -447,7 +447,9 @@ class Added(NamedTuple):
         every = [*index, *free]
         left, right = self.left[:, every], self.whole[every, -1]
         grams = self.whole[np.ix_(every, every)], self.whole[np.ix_(free, free)], left[:, :, every]
-        roots = (_root(gram, 1e-12) for gram in grams)
+        roots = (
+            _root(gram, 1e-12, gram.shape[-1]) for gram in grams
+        )  # differences, which rounding makes indefinite
         inverse, without, without_block = (root @ root.swapaxes(-1, -2) for root in roots)
         values = (inverse @ right)[:k]
         each = np.einsum("bij,bj->bi", without_block, left[:, :, -1])[:, :k] - values
@@ -475,7 +477,7 @@ def _root(gram: Array, least: float = _RANK, small: int = _SMALL) -> Array:
     # Columns of which nothing but rounding is left are taken out.
     size = np.sqrt(np.where(squares > _NOTHING * squares.max(axis=-1, initial=0.0, keepdims=True), squares, np.inf))
     scaled = gram / (size[..., :, None] * size[..., None, :])
-    if gram.ndim == 2 and len(gram) > small:
+    if gram.ndim == 2 and len(gram) > small and np.isfinite(scaled).all():
         # Much faster than eigenvalues, where these would leave out the same: rounding, and nothing but that.
         R, order, rank, _ = lapack.dpstrf(scaled, tol=_ROUNDING)
         root, known = np.zeros((len(gram), rank)), order[:rank] - 1

@@ -215,19 +215,16 @@ class Equations(Brief):
 
 
 def compressed(rows: Array, extra: int = 0) -> tuple[Array, Array]:
-    """R of a QR decomposition, and Q' times some last ``extra`` columns that take no part in it.
-
-    Fewer rows than columns are kept as they are.
-    """
+    """R of a QR decomposition, and Q' times some last ``extra`` columns that take no part in it."""
     width = rows.shape[1] - extra
-    if len(rows) > width:
+    if len(rows) > 1:
         # What stands below is of the last columns alone.
         rows = np.triu(lapack.dgeqrf(rows)[0][:width])
     return rows[:, :width], rows[:, width:]
 
 
 def triangular(rows: Array) -> Array:
-    """R of the QR decomposition; fewer rows than columns are kept as they are."""
+    """R of the QR decomposition, of as many rows as columns or fewer."""
     return compressed(rows)[0]
 
 

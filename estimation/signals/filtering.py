@@ -318,7 +318,7 @@ def aligned(
 
     def squares(lag: float) -> float:
         difference = np.concatenate([positions(t - lag) - q for t, q, positions in compared])
-        there = difference[~np.isnan(difference[:, 0])]  # beyond an end no joint is known
+        there = difference[~np.isnan(difference).any(axis=1)]  # beyond an end no joint is known
         return float(np.mean(there**2)) if len(there) else np.inf
 
     # The smallest squared difference of position, by a parabola around the best fine step.

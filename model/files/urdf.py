@@ -126,7 +126,7 @@ def load_urdf(path: str | Path | Source, base: str | None = None, tip: str | Non
         poses = tuple(frame.inverse() @ pose for frame, (_, pose) in zip(frames, moving, strict=True))
         names = tuple(joint.child for joint, _ in moving)
         looks = (
-            [(x, at @ pose, scale) for part, at in tree.fixed_to(*link) for x, pose, scale in tree.meshes[part]]
+            [mesh._replace(pose=at @ mesh.pose) for part, at in tree.fixed_to(*link) for mesh in tree.meshes[part]]
             for link in zip((first, *names), (robot.base, *poses), strict=True)
         )
         parameters, left_out = _parameters(tree, [joint for joint, _ in moving], poses)
@@ -307,7 +307,7 @@ def _meshes(link: _Element, folder: Path) -> Iterator[Mesh]:
         with suppress(ValueError):  # looks are no reason to refuse a robot
             pose = Pose.from_rpy(_numbers(origin, "xyz", _ZEROS), _numbers(origin, "rpy", _ZEROS))
             x, y, z = _numbers(element, "scale", (1.0, 1.0, 1.0))
-            yield next((str(path) for path in places if path.is_file()), name), pose, (x, y, z)
+            yield Mesh(next((str(path) for path in places if path.is_file()), name), pose, (x, y, z))
 
 
 def _joint(name: str, element: _Element, notes: _Notes) -> UrdfJoint:

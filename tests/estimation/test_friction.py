@@ -161,7 +161,7 @@ def test_a_short_recording_says_why_no_term_was_tried() -> None:
 
 def test_link_side_sensors_see_none() -> None:
     robot = with_stand_in(load_robot("panda"))
-    robot = replace(robot, drives=Drives(rotor_inertia=False, friction=(), offsets=True, side="link"))
+    robot = replace(robot, drives=Drives.on_link_side())
     assert identify(robot, [recorded(robot, 8)]).choices == ()
 
 

@@ -36,7 +36,7 @@ _GROUPS = (
     ("rotor inertia", "kg m² or kg", ("IA", "IAM")),
     ("Coulomb friction", "N·m or N", ("FS", "FSM")),
     ("viscous friction", "N·m·s or N·s/m", ("FV", "FVM")),
-    *((f"{title} friction", unit, (kind,)) for kind, (title, unit, _) in LAWS.items() if kind not in ("FS", "FV")),
+    *((f"{law.title} friction", law.unit, (kind,)) for kind, law in LAWS.items() if kind not in ("FS", "FV")),
     ("constant torques", "N·m or N", ("OFF",)),
 )
 """Kinds of parameters in words, their unit, and the letters they are called by."""

@@ -305,7 +305,7 @@ def test_what_a_format_cannot_hold_is_said(whole: WholeRobot) -> None:
 @pytest.mark.parametrize("arm", ["ur10e"])
 def test_what_is_not_known_is_left_out_with_a_line(whole: WholeRobot) -> None:
     """No rotor, no friction and no negative number is made up."""
-    blind = replace(whole.robot, drives=Drives(rotor_inertia=False, friction=(), offsets=True, side="link"))
+    blind = replace(whole.robot, drives=Drives.on_link_side())
     values = {name: label.value for link in whole.links for name, label in link.parameters.items()}
     known = {name: values[name] for name in standard_columns(blind)}
     bare = whole_robot(blind, known, "a table")
