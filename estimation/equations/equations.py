@@ -215,9 +215,12 @@ class Equations(Brief):
 
 
 def compressed(rows: Array, extra: int = 0) -> tuple[Array, Array]:
-    """R of a QR decomposition, and Q' times some last ``extra`` columns that take no part in it."""
+    """R of a QR decomposition, and Q' times some last ``extra`` columns that take no part in it.
+
+    Fewer rows than columns are kept as they are.
+    """
     width = rows.shape[1] - extra
-    if len(rows) > 1:
+    if len(rows) > width:
         # What stands below is of the last columns alone.
         rows = np.triu(lapack.dgeqrf(rows)[0][:width])
     return rows[:, :width], rows[:, width:]
@@ -225,7 +228,7 @@ def compressed(rows: Array, extra: int = 0) -> tuple[Array, Array]:
 
 def triangular(rows: Array) -> Array:
     """R of the QR decomposition, of as many rows as columns or fewer."""
-    return compressed(rows)[0]
+    return np.triu(lapack.dgeqrf(rows)[0][: rows.shape[1]]) if len(rows) > 1 else rows
 
 
 def surely_determined(R: Array) -> bool:

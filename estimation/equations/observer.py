@@ -197,9 +197,9 @@ class Observer:
         there._chi = self.empty.values(values)
         return there
 
-    def of(self, robot: Robot) -> "Observer":
+    def of(self, robot: Robot, columns: Sequence[str]) -> "Observer":
         """Make the observer of the same robot with fewer terms of friction by the same generated code."""
-        fewer = copy.copy(self)
+        fewer = self.only(columns)
         fewer.robot = robot
         return fewer
 

@@ -132,9 +132,14 @@ def chosen_terms(
     return terms_of([*chain.from_iterable(kept.values())], candidates, robot.n), tuple(choices.values())
 
 
+def observed_columns(robot: Robot) -> tuple[str, ...]:
+    """Columns of all equations: a robot's base parameters, a payload's ten, and ``PATH``."""
+    return (*base_parameters(robot).columns, *payload_columns(robot), PATH)
+
+
 def payload_observer(robot: Robot) -> Observer:
-    """Make the observer of a robot's base parameters, a payload's ten and ``PATH``: one code for all equations."""
-    return Observer(robot, (*base_parameters(robot).columns, *payload_columns(robot), PATH))
+    """Make the observer of a robot and a payload: one code for all equations."""
+    return Observer(robot, observed_columns(robot))
 
 
 def base_problem(
@@ -194,7 +199,8 @@ def with_friction(
     except InputError as error:  # what no estimate can do with either is refused there
         tried = (TermChoice(term.kind, False, why_not=f"{error}") for term in candidates)
         return payload_observer(robot), tuple(tried)
-    return every.of(robot.with_friction((*own, *terms))), choices
+    robot = robot.with_friction((*own, *terms))
+    return every.of(robot, observed_columns(robot)), choices
 
 
 def filtered(

@@ -117,8 +117,7 @@ def tolerance(path: str, frozen: Leaves, share: float = FREE) -> float:
     """Tolerance of a number about the frozen one."""
     parts = path.split("/")
     free, solved = _free_and_solved(parts, frozen)
-    sigma = _sigma(parts, free, frozen)
-    scale = sigma or _size(parts, frozen)
+    scale = (sigma := _sigma(parts, free, frozen)) or _size(parts, frozen)
     if any(sibling.startswith("drive_gains/") for sibling in frozen):
         return ITERATED[0 if sigma else 1] * scale
     if solved and any(name in parts for name in _MADE_ZERO):
@@ -126,7 +125,8 @@ def tolerance(path: str, frozen: Leaves, share: float = FREE) -> float:
             abs(_number(frozen, k) or 0.0) for k in frozen if free and k.startswith(f"{free}/parameters/")
         ]
         return ZERO * max(parameters, default=1.0) + UNDECIDED * abs(_number(frozen, path) or 0.0)
-    if solved and not any(part.startswith("sigma") for part in parts):
+    by_body = parts[:2] in (["quantities", "centre_of_mass"], ["quantities", "inertia"])  # sigma by its gradients
+    if solved and (by_body or not any(part.startswith("sigma") for part in parts)):
         return max(CONSTRAINED * scale, FLOOR)
     return share * scale
 
