@@ -55,10 +55,10 @@ LIGHT, LIGHT_Z = 0.05, 5.0
 """Fraction of the payload's weight that the torques do not hold, and its standard deviations."""
 DRIFT, DRIFT_Z = 0.1, 5.0
 """Drift of a joint's torque over the payload's there, and its standard deviations: real ones show up to 3.5."""
-ALONE = ("compensated", "weight", "zero", "gain", "drift")  # count only where nothing else takes off more
+ALONE = ("compensated", "weight", "zero", "gain", "drift")  # count where no other takes off more
 HELPFUL = 0.1
-"""Fraction of the squared residual above which what takes it off may be where other findings come from. A pull
-always may: it leaves little residual and moves the mass far."""
+"""Fraction of the squared residual that a fault must take off before other findings may be its doing. A pull always
+may: it leaves little residual and moves the mass far."""
 BURST, FEWEST, STRETCH = 3.0, 12, 3.0
 """Mean squared residual of a stretch over their median, above which the stretch is left out; stretches of which a
 median says something; shortest stretch that is judged [s]: shorter ones of good recordings stand out by chance."""

@@ -131,7 +131,7 @@ class LinearProblem:
     prior: Known | None = None  # parameters near values that are known: as many equations more
     shown: Equations | None = None  # in the same columns: the fit is judged on their torques; all by default
     own_torque: bool = False  # judge the fit on the wanted parameters' own torque, that of all others taken off
-    # without each block, where equations are not the sum of their blocks; what is fixed then comes from no blocks
+    # equations without each block, where they are no sum of blocks; what is fixed then comes from no blocks
     parts: tuple[Equations, ...] = ()
     _triangles: dict[bytes, Triangle] = field(default_factory=dict, init=False, repr=False)
 
@@ -190,8 +190,8 @@ class LinearProblem:
         dof = self._rows[1] - c
         covariance = np.sum(triangle.R[c:, c] ** 2) / dof * triangle.inverse @ triangle.inverse.T  # (17)-(19)
         value = dict(zip(self.unknown.columns, triangle.values.tolist(), strict=True))
-        # Exact, for the solution is linear in Y; without a known spring they add up to it: an error common to all
-        # joints scales it. What is fixed was identified with the same drives, so with the same errors.
+        # Exact slopes: the solution is linear in Y. Without a known spring they add up to the solution, which an
+        # error common to all joints scales. What is fixed was identified with the same drives, so the same errors.
         by_gains = triangle.by_torques
         for group, P in zip(self.fixed, triangle.influences, strict=True):
             covariance = covariance + P @ group.covariance @ P.T

@@ -1,9 +1,10 @@
 """Intervals of a payload that must exist: the convex profile.
 
 The interval of a number f(x) runs from its smallest to its largest value over all payloads x that hold the
-constraints and lie no farther from the free estimate than d^2 = k2 + 1.2 t^2: k2 is the smallest distance that the
-constraints allow, t Student's 97.5 % point. One rule, whether or not a constraint is active; where none is it gives
-the usual interval, 1.1 times as long. For the inertia of what may be as thin as a rod, or a point, it is 2 t^2.
+constraints and lie no farther from the free estimate than d^2 = k^2 + q with q = 1.2 t^2: k is the smallest
+distance that the constraints allow, t Student's 97.5 % point. One rule, whether or not a constraint is active;
+where none is, the interval is the usual one, 1.1 times as long. For the inertia of what may be as thin as a rod, or
+a point, q is 2 t^2.
 
 Seen from the nearest point, z = nearest + sqrt(q) R^-1 u, the distance says |u|^2 + 2 kappa e'u <= 1 with kappa =
 k / sqrt(q) and the unit vector e along R (nearest - centre), or ||(u, kappa e'u)|| <= 1 - kappa e'u. All u are then
@@ -42,8 +43,8 @@ def profile_set(
 ) -> tuple[Callable[[Array], Array], Callable[[Array], float]]:
     """Pose the payloads that keep a scaled problem's constraints, squared distances up to q above the nearest's.
 
-    It gives functions of c, (n,): the point z of the set with the largest c'z, and the largest c'z / z_k, z_k the
-    mass, positive in the whole set: it is linear in z / z_k and 1 / z_k.
+    Gives two functions of c, (n,): the point z of the set with the largest c'z, and the largest c'z / z_k, z_k the
+    mass, positive in the whole set: such a ratio is linear in z / z_k and 1 / z_k.
     """
     R, _, A, b, _ = problem.program
     inverse = np.asarray(np.linalg.inv(R), dtype=float)

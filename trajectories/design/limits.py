@@ -1,7 +1,8 @@
 """Limits of a motion as numbers that must stay within an interval, with their slopes.
 
 Every limit is written as low <= y(x) <= high with y of the order of 1. Slopes in y are pulled back to the states
-and, for torques, to the entries of the observation matrix, from where the design's one adjoint takes them on.
+and, for torques, to the entries of the observation matrix, from where the design's one adjoint takes them on. The
+augmented Lagrangian of ``descent`` makes a motion keep them.
 
 Torques keep their limits for one load, or for a set of payloads not known yet: every body of at most a mass within
 a region at the flange, down to none. A joint's torque is linear in a body's mass distribution, a mixture of points
