@@ -1,11 +1,16 @@
 """Reports of progress: a line of text, and the fraction of the work that is done."""
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import TypeVar
+from typing import Protocol, TypeVar
 
 _Item = TypeVar("_Item")
-Progress = Callable[..., None]
-"""Function that takes a line about what is worked on and, where known, the part that is done, 0 to 1."""
+
+
+class Progress(Protocol):
+    """Function that is called with a line about what is being worked on."""
+
+    def __call__(self, text: str, fraction: float | None = None, /) -> None:
+        """Report it; ``fraction``: part of this work that is done, 0 to 1, or None where nobody knows."""
 
 
 def silent(_text: str, _fraction: float | None = None, /) -> None:

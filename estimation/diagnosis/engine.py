@@ -447,9 +447,8 @@ class Added(NamedTuple):
         every = [*index, *free]
         left, right = self.left[:, every], self.whole[every, -1]
         grams = self.whole[np.ix_(every, every)], self.whole[np.ix_(free, free)], left[:, :, every]
-        roots = (
-            _root(gram, 1e-12, gram.shape[-1]) for gram in grams
-        )  # differences, which rounding makes indefinite
+        # By eigenvalues: rounding makes such differences indefinite.
+        roots = (_root(gram, 1e-12, gram.shape[-1]) for gram in grams)
         inverse, without, without_block = (root @ root.swapaxes(-1, -2) for root in roots)
         values = (inverse @ right)[:k]
         each = np.einsum("bij,bj->bi", without_block, left[:, :, -1])[:, :k] - values
